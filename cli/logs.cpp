@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <fstream>
 #include <optional>
+#include <span>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
@@ -25,23 +26,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void print_findings(const std::vector<doctor::Finding>& findings, const data::Dataset& d,
-                    std::FILE* stream) {
-  for (const doctor::Finding& finding : findings)
-    print(fmt::format("{}: {}\n", d.name, doctor::to_text(finding, d)), stream);
+void print_findings(std::span<const std::vector<doctor::Finding>> findings,
+                    std::span<const data::Dataset> sets, std::FILE* stream) {
+  for (const std::string& line : doctor::to_lines(findings, sets)) print(line + "\n", stream);
 }
 
 /// What was repaired is marked so and gets no remedy.
 void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
+  std::vector<doctor::Finding> left;
   for (const doctor::Finding& finding : log.findings) {
+    if (!log.is_repaired(finding)) {
+      left.push_back(finding);
+      continue;
+    }
     const std::string text = doctor::to_text(finding, log.data);
-    if (log.is_repaired(finding))
-      print(fmt::format("{}: repaired{}\n", log.data.name,
-                        text.substr(text.find(':'), text.find(';') - text.find(':'))),
-            stream);
-    else
-      print(fmt::format("{}: {}\n", log.data.name, text), stream);
+    print(fmt::format("{}: repaired{}\n", log.data.name,
+                      text.substr(text.find(':'), text.find(';') - text.find(':'))),
+          stream);
   }
+  print_findings({&left, 1}, {&log.data, 1}, stream);
 }
 
 /// What is told unasked; all notes too if `all`.
@@ -91,6 +94,19 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
   return std::any_of(findings.begin(), findings.end(), doctor::is_damage);
 }
 
+void print_findings(const workflow::Subject& subject, const workflow::CheckReport& report,
+                    bool verbose) {
+  std::vector<std::vector<doctor::Finding>> shown;
+  for (std::size_t i = 0; i < subject.sets.size(); ++i) {
+    const data::Dataset& d = subject.sets[i];
+    if (!damaged(report.findings[i]))
+      print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
+                        d.t[d.length() - 1] - d.t[0], d.rate_hz));
+    shown.push_back(told(report.findings[i], verbose));
+  }
+  print_findings(shown, subject.sets, stdout);
+}
+
 }  // namespace
 
 Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
@@ -104,11 +120,7 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     print_findings(log, stderr);
     std::ranges::for_each(log.warnings, warn);
   }
-  const std::string_view warning = data::warning_of_kind(contract.torque.kind);
-  print(fmt::format("{}: torque.kind = \"{}\": {}\n", printable(options.contract.string()),
-                    contract.torque.kind,
-                    warning.empty() ? "taken as motor torque times gear ratio" : warning),
-        stderr);
+  warn(data::kind_in_words(contract, printable(options.contract.string())));
   for (std::size_t i = 0; i < logs.size(); ++i) {
     data::DiagnosisFile diagnosis = logs[i].diagnosis;
     diagnosis.log = path_of(options.logs[i]);
@@ -176,13 +188,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
     throw UserError("--design: needs a robot: --robot URDF, or the folder of a run");
   for (const std::string& warning : subject.warnings) print(warning + "\n", stderr);
   const workflow::CheckReport report = workflow::check(subject);
-  for (std::size_t i = 0; i < subject.sets.size() && !common.json; ++i) {
-    const data::Dataset& d = subject.sets[i];
-    if (!damaged(report.findings[i]))
-      print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
-                        d.t[d.length() - 1] - d.t[0], d.rate_hz));
-    print_findings(told(report.findings[i], options.verbose), d, stdout);
-  }
+  if (!common.json) print_findings(subject, report, options.verbose);
   if (!subject.robot) {
     print("parameters: not examined: --robot names no URDF\n", stderr);
   } else if (!report.parameters) {
@@ -192,7 +198,7 @@ Verdict check(const CheckOptions& options, const CommonOptions& common) {
       if (const std::string_view warning = data::warning_of_torque(subject.sets.front());
           !warning.empty())
         print(fmt::format("torque: {}\n", warning));
-      print(estimate::to_summary(*report.parameters, *subject.robot));
+      print(estimate::to_summary(*report.parameters, *subject.robot, !report.whole()));
       if (options.verbose) print(estimate::to_text(*report.parameters, *subject.robot));
     }
     if (!options.design.empty())

@@ -23,11 +23,11 @@ Report report_of(const workflow::Subject& subject) {
   const workflow::CheckReport report = workflow::check(subject);
   std::string words;
   for (const std::string& warning : subject.warnings) words += warning + "\n";
-  for (std::size_t i = 0; i < subject.sets.size(); ++i)
-    for (const doctor::Finding& finding : report.findings[i])
-      words += subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]) + "\n";
-  words += report.parameters ? estimate::to_summary(*report.parameters, *subject.robot)
-                             : "parameters: not examined: " + report.not_examined + "\n";
+  for (const std::string& line : doctor::to_lines(report.findings, subject.sets))
+    words += line + "\n";
+  words += report.parameters
+               ? estimate::to_summary(*report.parameters, *subject.robot, !report.whole())
+               : "parameters: not examined: " + report.not_examined + "\n";
   return {report.whole(), data::to_json(workflow::check_file(report, subject)), words};
 }
 

@@ -182,8 +182,10 @@ Fourier design(const Problem& problem, std::uint64_t seed, int number, Trajector
     best_draw = search.draw;
   }
   search.draw = best_draw;
-  report.log_det_start = log_det(judge.information(
-      problem.design.sample(make_series(problem, problem.design, best_draw, x.data()))));
+  std::vector<double> at_start = x;
+  Fourier start_series;
+  make_feasible(problem, judge, best_draw, at_start, start_series);
+  report.log_det_start = log_det(judge.information(problem.design.sample(start_series)));
 
   if (problem.config.criterion != Criterion::kNone) improve(search, x);
   Fourier series;
@@ -229,11 +231,15 @@ std::string broken_limit(const TrajectoryReport& report, const ExcitationOptions
 
 }  // namespace
 
+Eigen::MatrixXd per_period(const Eigen::MatrixXd& known, const ExcitationOptions& config) {
+  return known * (config.base_rad_s / (2 * std::numbers::pi));
+}
+
 Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& arm,
                              const dynamics::RobotModel& robot, std::uint64_t seed, int jobs,
                              const Eigen::MatrixXd& known) {
   Problem problem(config, arm, robot);
-  if (known.size() > 0) problem.known = known * (config.base_rad_s / (2 * std::numbers::pi));
+  if (known.size() > 0) problem.known = per_period(known, config);
   const int count = config.train + config.validation;
   std::vector<Fourier> series(static_cast<std::size_t>(count));
   Excitation excitation;

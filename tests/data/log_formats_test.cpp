@@ -66,11 +66,14 @@ TEST_F(LogFormats, VelocityIsTakenWhereTheFormatHasIt) {
 TEST_F(LogFormats, TorqueOfAnotherMeaningIsSaid) {
   EXPECT_EQ(import(franka_csv_sample(Recording(20))).source,
             "import log.csv, tau from link_torque");
-  EXPECT_NE(warning_of_kind("link_torque"), "");
-  EXPECT_EQ(warning_of_torque(import(franka_csv_sample(Recording(20)))),
-            warning_of_kind("link_torque"));
+  EXPECT_THAT(warning_of_torque(import(franka_csv_sample(Recording(20)))),
+              testing::HasSubstr("measured beyond the gear"));
   EXPECT_EQ(warning_of_torque(import(csv_sample(Recording(50)))), "");
-  EXPECT_EQ(warning_of_kind("current"), "");
+  Contract contract;
+  EXPECT_EQ(kind_in_words(contract, "a.toml"),
+            "a.toml: torque.kind = \"joint_torque\": taken as motor torque times gear ratio");
+  contract.torque.kind = "link_torque";
+  EXPECT_THAT(kind_in_words(contract, "a.toml"), testing::HasSubstr("measured beyond the gear"));
 }
 
 TEST_F(LogFormats, Hdf5OfThisAndOtherPrograms) {

@@ -1,10 +1,12 @@
 // Columns that are not what they are taken for: of other motors, other directions, of nothing.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "doctor/clean_logs.hpp"
@@ -113,7 +115,9 @@ TEST(Doctor, AColumnWithoutAValueIsMissingAndNothingElse) {
   log.temperature = RowMatrix::Constant(log.length(), log.n(), 300);
   log.temperature.col(0).setConstant(std::numeric_limits<double>::quiet_NaN());
   const std::vector<Finding> findings = diagnose(log, nullptr);
-  EXPECT_EQ(of_kind(findings, "missing").size(), 1u) << text_of(findings, log);
+  const std::vector<Finding> missing = of_kind(findings, "missing");
+  ASSERT_EQ(missing.size(), 1u) << text_of(findings, log);
+  EXPECT_TRUE(is_damage(missing[0]) && misleads(missing[0]));
   EXPECT_TRUE(of_kind(findings, "quantised").empty()) << text_of(findings, log);
   EXPECT_TRUE(of_kind(findings, "temperature_unit").empty()) << text_of(findings, log);
 }
@@ -127,6 +131,38 @@ TEST(Doctor, RowsThatAllColumnsLostAreOneFinding) {
   ASSERT_EQ(of_all.size(), 1u);
   EXPECT_EQ(of_all[0].joint, -1);
   EXPECT_EQ(of_all[0].signal, "q, tau");
+  EXPECT_FALSE(is_damage(of_all[0]));  // a fit leaves them out
+}
+
+// What is the same in several joints or logs is one line.
+TEST(Doctor, EqualFindingsOfJointsAndLogsAreOneLine) {
+  std::vector<Dataset> logs(3, clean_logs()[0].data);
+  std::vector<std::vector<Finding>> findings(3);
+  for (std::size_t i = 0; i < logs.size(); ++i) logs[i].name = "train_" + std::to_string(i);
+  const auto finding = [](FindingKind kind, int joint, double size, int other = -1) {
+    return Finding{.kind = kind,
+                   .signal = "q",
+                   .joint = joint,
+                   .other = other,
+                   .end_s = 9,
+                   .size = size,
+                   .unit = "rad"};
+  };
+  for (std::size_t i = 0; i < 2; ++i)
+    for (const int j : {0, 2}) findings[i].push_back(finding(FindingKind::kAngleUnit, j, 50 + j));
+  findings[2] = {finding(FindingKind::kAngleUnit, 1, 40), finding(FindingKind::kSwapped, 3, 7, 4),
+                 finding(FindingKind::kSwapped, 4, 8, 5)};
+  const std::vector<std::string>& joints = logs[0].joint_names;
+  const std::vector<std::string> lines = to_lines(findings, logs);
+  ASSERT_EQ(lines.size(), 4u) << fmt::format("{}", fmt::join(lines, "\n"));
+  EXPECT_TRUE(lines[0].starts_with(fmt::format(
+      "train_0, train_1: damage: angle_unit: q of {}, {}, 0 to 9 s: 50 to 52 rad (4 times); ",
+      joints[0], joints[2])))
+      << lines[0];
+  EXPECT_TRUE(lines[1].starts_with(
+      fmt::format("train_2: damage: angle_unit: q of {}, 0 to 9 s: 40 rad; ", joints[1])))
+      << lines[1];
+  EXPECT_NE(lines[2].find(joints[3] + " and " + joints[4]), std::string::npos) << lines[2];
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
       const std::vector<Finding> findings = diagnose(log, &clean_logs()[i].robot);
       bool found = false;
       for (const Finding& f : findings) {
-        if (!is_damage(f)) continue;
+        if (!is_told(f)) continue;
         EXPECT_EQ(name_of(f.kind), damage.name) << to_text(f, log);
         found = found || (name_of(f.kind) == damage.name && f.signal == damage.signal &&
                           f.joint == damage.joint && f.other == damage.other);

@@ -403,7 +403,7 @@ Dataset decimated(const Dataset& log, int every) {
 Judged judge(const Dataset& damaged, const RobotModel& robot, const Injected& truth) {
   Judged judged;
   for (const Finding& f : diagnose(damaged, &robot)) {
-    if (!is_damage(f)) continue;
+    if (!is_told(f)) continue;
     judged.said += to_text(f, damaged) + "\n";
     if (name_of(f.kind) != truth.name) {
       ++judged.others;

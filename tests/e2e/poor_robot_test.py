@@ -145,7 +145,7 @@ class PoorRobot(ProgramTest):
         self.assertEqual(done.returncode, 1, done.stderr)
         for joint, other in (("joint_a5", "joint_a6"), ("joint_a6", "joint_a5")):
             self.assertRegex(done.stderr, rf"simple_s1: {joint}: friction depends on the speed of {other} too .*; "
-                                          r"a coupled wrist")
+                                          r"a coupled wrist, differential or belt with friction at its motors and at its joints")
         self.assertEqual({fault["joint"] for fault in self.fit()["faults"]}, {"joint_a5", "joint_a6"})
 
     def test_a_model_that_explains_nothing_is_not_called_best(self):
@@ -230,6 +230,13 @@ class PoorRobot(ProgramTest):
             self.assert_refused(fricid("run", self.scene(self.urdf, train=train), "-o", self.out),
                                 r"data\.train has .*, whose samples are in .*train\.csv.* too; allowed: each sample once",
                                 self.out)
+        # the same samples in files that differ: another line at the end, the data set that was made of it
+        (self.folder / "copy.csv").write_text((self.folder / "train.csv").read_text() + "\n")
+        done = fricid("import", self.folder / "train.csv", "--contract", self.folder / "contract.toml", "-o", self.folder / "made")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for validation in ('["copy.csv"]', '["made/train.h5[6:]"]'):
+            self.assert_refused(fricid("run", self.scene(self.urdf, validation=validation), "-o", self.out),
+                                r"data\.validation has .*, [\d.]+ s of which are in .*train\.csv, which is trained on", self.out)
         parts = self.scene(self.urdf, train='["train.csv[:4.2]"]', validation='["train.csv[4.2:]"]')
         done = fricid("run", parts, "-o", self.out, environment=NO_PLOTS)
         self.assertIn(done.returncode, (0, 1), done.stderr)

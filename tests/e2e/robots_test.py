@@ -1,5 +1,6 @@
 """Other robots from a URDF alone: simulated, checked, identified with a network, evaluated."""
 import math
+import re
 import unittest
 
 from fricid_program import NO_PLOTS, SOURCE, ProgramTest, fricid, load
@@ -76,6 +77,9 @@ class Robots(ProgramTest):
         done = fricid("check", out, "--design", design)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stderr, r"next\.toml and .*next\.csv: \d.* s of motion that, .* raise the information .*log det")
+        before, start, designed = (float(x) for x in re.findall(r"(-?[\d.]+)(?= without it| with a random| as designed)", done.stderr))
+        self.assertLess(before, start)  # motion is added
+        self.assertLessEqual(start, designed)
         self.assertIn('name = "elbow"', design.read_text())
         rows = (self.folder / "next.csv").read_text().splitlines()
         self.assertEqual(rows[0], "t,q_shoulder,q_elbow,v_shoulder,v_elbow")

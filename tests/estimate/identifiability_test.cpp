@@ -371,12 +371,44 @@ TEST(Identifiability, SlidingJointsHaveUnitsOfTheirOwn) {
               testing::ContainsRegex("friction: " + joint + ": up to [^\n]* m/s, [^\n]* N,"));
 }
 
+// Samples that are missing are neither slow motion nor seconds of data.
+TEST(Identifiability, APauseThatIsMissingIsNoMotion) {
+  const Arm arm = coulomb_arm();
+  data::Dataset log = make_log(arm, {.seconds = 40});
+  const Identifiability whole = examine(arm.robot, {log});
+  for (RowMatrix* signal : {&log.q, &log.tau})
+    signal->middleRows(2500, 5000).setConstant(std::nan(""));
+  const Identifiability holed = examine(arm.robot, {log});
+  for (std::size_t j = 0; j < whole.joints.size(); ++j) {
+    EXPECT_LT(holed.joints[j].slow_s, whole.joints[j].slow_s);
+    EXPECT_LT(holed.joints[j].reversals, whole.joints[j].reversals);
+    EXPECT_LE(holed.joints[j].presliding, whole.joints[j].presliding);
+  }
+  const auto networks = [](const Identifiability& report) {
+    return std::ranges::find_if(report.families,
+                                [](const FamilyVerdict& f) {
+                                  return f.family.find("memory_network") != std::string::npos;
+                                })
+        ->words;
+  };
+  EXPECT_THAT(networks(whole), testing::Not(HasSubstr("s of data")));
+  EXPECT_THAT(networks(holed), HasSubstr("20 s of data, 30 s or more needed"));
+}
+
+// A second of held-out motion tells nothing: of a log of six seconds each half is predicted.
+TEST(Identifiability, AMemoryIsSeenInALogOfSixSeconds) {
+  Arm arm = coulomb_arm();
+  EXPECT_FALSE(examine(arm.robot, {make_log(arm, {.seconds = 6.4})}).joints[0].memory);
+  arm.friction = same_law("dahl", {4, 500}, arm.robot.n());
+  EXPECT_TRUE(examine(arm.robot, {make_log(arm, {.seconds = 6.4})}).joints[0].memory);
+}
+
 TEST(Identifiability, BaseInformationIsTheIntegralOfTheSquaredRegressor) {
   const Arm arm = coulomb_arm();
   const std::vector<signals::Recording> one{signals::make_recording(make_log(arm, {}), 10)};
   const std::vector<signals::Recording> two{one[0], one[0]};
-  const Eigen::MatrixXd H = base_information(arm.robot, one);
-  EXPECT_NEAR((base_information(arm.robot, two) - 2 * H).norm() / H.norm(), 0, 1e-12);
+  const Eigen::MatrixXd H = base_information(arm.robot, one, 10);
+  EXPECT_NEAR((base_information(arm.robot, two, 10) - 2 * H).norm() / H.norm(), 0, 1e-12);
   EXPECT_NEAR((H - H.transpose()).norm() / H.norm(), 0, 1e-12);
 }
 

@@ -14,6 +14,7 @@
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/model_file.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/estimate/torque/networks.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "joint_logs.hpp"
 
@@ -130,6 +131,15 @@ TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
   EXPECT_FALSE(with_right.prior_left_out);
   EXPECT_EQ(fit_file(with_wrong).prior_left_out, with_wrong.prior_left_out);
   std::filesystem::remove(file);
+}
+
+// What a prior that stays has is no choice of parts: there is none to put networks beside.
+TEST(Networks, AreNotLookedForBesideTheLawsOfAPrior) {
+  const JointFits fits(logs().prepared, logs().windows, 2);
+  std::vector<PartEvidence> evidence;
+  const Arm prior = sibling(1);
+  EXPECT_FALSE(fit_networks(fits, prior, prior, {}, evidence));
+  EXPECT_TRUE(evidence.empty());
 }
 
 /// What the sum of a truth of three joints has.

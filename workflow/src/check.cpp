@@ -141,6 +141,7 @@ Subject read_subject(const fs::path& of_log, const fs::path& contract, const Rob
     subject.robot = robot(columns.joint_names, contract.string(), say, columns.couplings);
     const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
+    say(data::kind_in_words(columns, contract.string()));
     if (subject.robot) settle_torque_timing(subject.sets, *subject.robot, columns.torque, say);
   }
   return subject;
@@ -177,10 +178,10 @@ bool CheckReport::whole() const {
 
 std::vector<std::string> CheckReport::faults(const Subject& subject) const {
   std::vector<std::string> lines;
-  for (std::size_t i = 0; i < findings.size(); ++i)
-    for (const doctor::Finding& finding : findings[i])
-      if (doctor::is_damage(finding))
-        lines.push_back(subject.sets[i].name + ": " + doctor::to_text(finding, subject.sets[i]));
+  std::vector<std::vector<doctor::Finding>> damage = findings;
+  for (std::vector<doctor::Finding>& of_set : damage)
+    std::erase_if(of_set, [](const doctor::Finding& f) { return !doctor::is_damage(f); });
+  lines = doctor::to_lines(damage, subject.sets);
   if (parameters)
     for (const std::string& doubt : parameters->doubts) lines.push_back(doubt);
   return lines;
@@ -228,13 +229,13 @@ NextMotion design_next(const Subject& subject, int jobs) {
   one.validation = 0;
   const dynamics::RobotModel& robot = *subject.robot;
   const sim::MujocoArm arm(subject.mjcf, robot, 1e-3);
-  const Eigen::MatrixXd known =
-      estimate::base_information(robot, recordings_of(subject.sets, subject));
+  const Eigen::MatrixXd known = estimate::base_information(
+      robot, recordings_of(subject.sets, subject), subject.identify.cutoff_hz);
   const sim::Excitation next = sim::design_excitation(one, arm, robot, 1, jobs, known);
   return {.toml = sim::trajectory_toml(next.train[0], robot),
           .csv = sim::trajectory_csv(next.train[0], robot, subject.sets[0].rate_hz),
           .period_s = next.train[0].period(),
-          .log_det_before = sim::log_det(known),
+          .log_det_before = sim::log_det(sim::per_period(known, one)),
           .log_det_start = next.reports[0].log_det_start,
           .log_det = next.reports[0].log_det};
 }

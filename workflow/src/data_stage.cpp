@@ -1,9 +1,16 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
 
+#include <span>
+#include <string>
+#include <vector>
+
+#include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
+#include "fricid/data/contract.hpp"
 #include "fricid/data/dataset.hpp"
 #include "fricid/data/diagnosis_file.hpp"
+#include "fricid/data/log_part.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/sim/simulate.hpp"
 #include "fricid/workflow/job.hpp"
@@ -39,15 +46,39 @@ Done simulate(const scene::Problem& part, const RunFolder& out, int jobs) {
   return done;
 }
 
+/// Files that differ, as an imported log and its source do, may have samples in common.
+/// @param sets  of the logs of the scene, in their order
+/// @throws UserError when some of what is judged was learnt
+void refuse_learnt_samples(const scene::Problem& part, std::span<const data::Dataset> sets) {
+  const std::vector<std::string>&train = part.scene.data.train,
+        &judged = part.scene.data.validation;
+  for (std::size_t v = 0; v < judged.size(); ++v)
+    for (std::size_t t = 0; t < train.size(); ++t) {
+      const data::Dataset& of = sets[train.size() + v];
+      if (const int shared = data::samples_in_common(of, sets[t]); shared > 0)
+        throw UserError(
+            "{}: data.validation has {}, {:.3g} s of which are in {}, which is trained on; "
+            "allowed: "
+            "other recordings, or other parts of one",
+            part.scene.name, judged[v], shared * of.dt(), train[t]);
+    }
+}
+
 Done import(const scene::Problem& part, const RunFolder& out,
             const std::function<void(const std::string&)>& say) {
   const std::vector<data::Dataset> sets = logs_of_scene(part, logs_of_data(part), say);
+  refuse_learnt_samples(part, sets);
+  if (!part.contract_path.empty())
+    say(data::kind_in_words(data::load_contract(part.contract_path),
+                            part.contract_path.filename().string()));
   Done done;
   const auto findings = doctor::diagnose(sets, &part.robot);
+  std::vector<std::vector<doctor::Finding>> told = findings;
+  for (std::vector<doctor::Finding>& of_set : told)
+    std::erase_if(of_set, [](const doctor::Finding& f) { return !doctor::is_told(f); });
+  for (const std::string& line : doctor::to_lines(told, sets)) say(line);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const data::Dataset& dataset = sets[i];
-    for (const doctor::Finding& finding : findings[i])
-      if (doctor::is_told(finding)) say(dataset.name + ": " + doctor::to_text(finding, dataset));
     done.files.push_back(out.diagnosis(dataset.name));
     data::save(doctor::diagnosis_file(findings[i], dataset), done.files.back());
   }

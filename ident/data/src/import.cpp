@@ -400,8 +400,7 @@ bool is_of_kind(const Dataset& dataset, const char* kind) {
   return dataset.source.find(kTorqueFrom + std::string(kind)) != std::string::npos;
 }
 
-}  // namespace
-
+/// Limits of a fit to torque of this kind; empty: none.
 std::string_view warning_of_kind(std::string_view kind) {
   if (kind == "gear_torque_less_friction")
     return "the controller's friction model is not in the torque: what is identified is the "
@@ -410,6 +409,14 @@ std::string_view warning_of_kind(std::string_view kind) {
     return "the torque is measured beyond the gear: what is identified is the friction beyond the "
            "sensor, not that of the gear";
   return "";
+}
+
+}  // namespace
+
+std::string kind_in_words(const Contract& contract, const std::string& file) {
+  const std::string_view warning = warning_of_kind(contract.torque.kind);
+  return fmt::format("{}: torque.kind = \"{}\": {}", file, contract.torque.kind,
+                     warning.empty() ? "taken as motor torque times gear ratio" : warning);
 }
 
 std::string_view warning_of_torque(const Dataset& dataset) {

@@ -41,6 +41,7 @@ void join_missing(const data::Dataset& d, Findings& findings) {
   Finding all = *first;
   all.joint = -1;
   all.signal = "q, tau";
+  all.is_severe = false;
   std::erase_if(findings, is_alike);
   findings.insert(findings.begin(), std::move(all));
 }

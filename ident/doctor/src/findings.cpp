@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -31,8 +32,7 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kClockDrift, kDamage, "speed and inertia are scaled by the clock's error",
              "log the controller's own clock; if samples are taken evenly, --fix clock_drift",
              true},
-    KindInfo{FindingKind::kMissing, kDamage, "these samples take no part in a fit", "log them",
-             false},
+    KindInfo{FindingKind::kMissing, kNote, "these samples take no part in a fit", "", false},
     KindInfo{
         FindingKind::kQuantised, kDamage,
         "friction before sliding is hidden between the steps; of a position acceleration is noise",
@@ -121,27 +121,121 @@ static_assert(
     }(),
     "one row for each kind, in the order of the enum");
 
-std::string joint_of(const Finding& f, const data::Dataset& d) {
-  if (f.joint < 0) return "";
-  std::string names = d.joint_names[static_cast<std::size_t>(f.joint)];
-  if (f.other >= 0) names += " and " + d.joint_names[static_cast<std::size_t>(f.other)];
-  return names;
+/// A finding, or equal ones of several joints and data sets.
+struct Line {
+  FindingKind kind;
+  Severity severity;
+  std::string signal, unit;
+  std::vector<std::string> sets, joints;
+  bool of_pair = false;   ///< its joints belong together
+  bool of_all = false;    ///< its joints are all of the robot
+  double begin_s, end_s;  ///< from the first to the last
+  double least, most;     ///< sizes
+  int count;
+
+  void add(const Line& other) {
+    begin_s = std::min(begin_s, other.begin_s);
+    end_s = std::max(end_s, other.end_s);
+    least = std::min(least, other.least);
+    most = std::max(most, other.most);
+    count += other.count;
+  }
+};
+
+Line line_of(const Finding& f, const data::Dataset& d) {
+  Line line{.kind = f.kind,
+            .severity = severity_of(f),
+            .signal = f.signal,
+            .unit = f.unit,
+            .sets = {d.name},
+            .joints = {},
+            .of_pair = f.other >= 0,
+            .of_all = false,
+            .begin_s = f.begin_s,
+            .end_s = f.end_s,
+            .least = f.size,
+            .most = f.size,
+            .count = f.count};
+  for (const int j : {f.joint, f.other})
+    if (j >= 0) line.joints.push_back(d.joint_names[static_cast<std::size_t>(j)]);
+  return line;
+}
+
+bool are_alike(const Line& a, const Line& b) {
+  return a.kind == b.kind && a.severity == b.severity && a.signal == b.signal && a.unit == b.unit;
+}
+
+/// The findings of one data set, equal ones of several joints as one.
+std::vector<Line> lines_of(std::span<const Finding> findings, const data::Dataset& d) {
+  std::vector<Line> lines;
+  for (const Finding& finding : findings) {
+    const Line line = line_of(finding, d);
+    const bool of_joint = finding.joint >= 0 && !line.of_pair;
+    const auto same = std::ranges::find_if(lines, [&](const Line& other) {
+      return of_joint && !other.of_pair && !other.joints.empty() && are_alike(line, other);
+    });
+    if (same == lines.end()) {
+      lines.push_back(line);
+      continue;
+    }
+    same->add(line);
+    if (std::ranges::count(same->joints, line.joints[0]) == 0)
+      same->joints.push_back(line.joints[0]);
+  }
+  for (Line& line : lines) line.of_all = d.n() > 2 && std::ssize(line.joints) == d.n();
+  return lines;
+}
+
+std::string in_words(const Line& line) {
+  const KindInfo& kind = info_of(line.kind);
+  const std::string joints =
+      line.of_all ? "all joints"
+                  : fmt::format("{}", fmt::join(line.joints, line.of_pair ? " and " : ", "));
+  const std::string least = fmt::format("{:.4g}", line.least),
+                    most = fmt::format("{:.4g}", line.most);
+  std::string text = fmt::format(
+      "{}: {}: {}{}{}, {:.6g} to {:.6g} s: {}{}{} {}", name_of(line.severity), name_of(kind.kind),
+      line.signal, joints.empty() ? "" : " of ", joints, line.begin_s, line.end_s, least,
+      least == most ? "" : " to ", least == most ? "" : most, line.unit);
+  while (text.ends_with(' ')) text.pop_back();
+  if (line.count > 1) text += fmt::format(" ({} times)", line.count);
+  if (!kind.consequence.empty()) text += fmt::format("; {}", kind.consequence);
+  if (!kind.remedy.empty()) text += fmt::format("; remedy: {}", kind.remedy);
+  return text;
+}
+
+/// "train_0", "train_0, train_1", "train_0 and 5 others".
+std::string names_of(const std::vector<std::string>& sets) {
+  constexpr std::size_t kMost = 3;
+  if (sets.size() <= kMost) return fmt::format("{}", fmt::join(sets, ", "));
+  return fmt::format("{} and {} others", sets.front(), sets.size() - 1);
 }
 
 }  // namespace
 
 const KindInfo& info_of(FindingKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
-std::string to_text(const Finding& f, const data::Dataset& d) {
-  const KindInfo& kind = info_of(f.kind);
-  const std::string joint = joint_of(f, d);
-  std::string text = fmt::format(
-      "{}: {}: {}{}{}, {:.6g} to {:.6g} s: {:.4g} {}", name_of(kind.severity), name_of(f.kind),
-      f.signal, joint.empty() ? "" : " of ", joint, f.begin_s, f.end_s, f.size, f.unit);
-  while (text.ends_with(' ')) text.pop_back();
-  if (f.count > 1) text += fmt::format(" ({} times)", f.count);
-  if (!kind.consequence.empty()) text += fmt::format("; {}", kind.consequence);
-  if (!kind.remedy.empty()) text += fmt::format("; remedy: {}", kind.remedy);
+std::string to_text(const Finding& f, const data::Dataset& d) { return in_words(line_of(f, d)); }
+
+std::vector<std::string> to_lines(std::span<const std::vector<Finding>> findings,
+                                  std::span<const data::Dataset> sets) {
+  std::vector<Line> all;
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    for (const Line& line : lines_of(findings[i], sets[i])) {
+      const auto same = std::ranges::find_if(all, [&](const Line& other) {
+        return are_alike(line, other) && line.joints == other.joints &&
+               line.of_pair == other.of_pair && other.sets.back() != line.sets[0];
+      });
+      if (same == all.end()) {
+        all.push_back(line);
+        continue;
+      }
+      same->add(line);
+      same->sets.push_back(line.sets[0]);
+    }
+  std::vector<std::string> text;
+  for (const Line& line : all)
+    text.push_back(fmt::format("{}: {}", names_of(line.sets), in_words(line)));
   return text;
 }
 
@@ -152,7 +246,7 @@ data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data
     const KindInfo& kind = info_of(f.kind);
     data::DiagnosedFinding& own = file.findings.emplace_back();
     own = {.kind = f.kind,
-           .severity = kind.severity,
+           .severity = severity_of(f),
            .misleads = misleads(f),
            .signal = f.signal,
            .joints = {},

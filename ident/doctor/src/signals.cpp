@@ -74,6 +74,8 @@ struct Channel {
   }
 };
 
+constexpr double kMostMissing = 0.5;  // of a column that was logged
+
 void check_missing(const Channel& c, Findings& findings) {
   Finding missing = c.finding(FindingKind::kMissing, 0, 0, 0, "samples");
   for (int k = 0; k < c.length(); ++k) {
@@ -81,6 +83,7 @@ void check_missing(const Channel& c, Findings& findings) {
     if (missing.size++ == 0) missing.begin_s = c.d.t[k];
     missing.end_s = c.d.t[k];
   }
+  missing.is_severe = missing.size > kMostMissing * c.length();
   if (missing.size > 0) findings.push_back(missing);
 }
 

@@ -26,6 +26,7 @@ constexpr double kSure = 4;          // standard errors of that jump
 constexpr std::array kFactors{1.0, 0.5, 0.25, 2.0};
 constexpr double kLargest = 5;
 constexpr double kFirstStep = 1.3, kLastStep = 1.005;
+constexpr double kHalf = 0.5;
 constexpr double kOne = 0.03;  // from 1, within which a factor is taken for 1
 
 Eigen::VectorXd least_squares(Eigen::MatrixXd H, const Eigen::VectorXd& g) {
@@ -145,12 +146,26 @@ class Motors {
   /// R2 of the joint's own Coulomb and viscous friction.
   double r2() const { return 1 - own_.fitted / rows_.variance; }
   bool leaves_any() const { return own_.held_out > 0; }
+  /// Whether sign and speed of the motor at v_j + factor v_k explain less than half of what they
+  /// and those of the joint do, beside those of the joint alone.
+  bool needs_own(int k, double factor) {
+    Eigen::MatrixXd motor(X_.rows(), 3);
+    motor.col(1) = rows_.v.col(j_) + factor * rows_.v.col(k);
+    motor.col(0) = motor.col(1).array().sign().matrix();
+    motor.col(2).setOnes();
+    X_.rightCols(2) = motor.leftCols(2);
+    return own_.held_out - left_by(motor, rows_.torque).held_out <
+           kHalf * (own_.held_out - left_by(X_, rows_.torque).held_out);
+  }
   /// Share of what that leaves which a motor at v_j + factor v_k explains, `Coupling::share`; none
   /// where the torque does not jump with it.
   double share(int k, double factor) {
+    return jumps(k, factor) ? 1 - left_by(X_, rows_.torque).held_out / own_.held_out : 0;
+  }
+  bool jumps(int k, double factor) {
     X_.col(4) = rows_.v.col(j_) + factor * rows_.v.col(k);
     X_.col(3) = X_.col(4).array().sign().matrix();
-    return jumps_with_motor(rows_, X_) ? 1 - left_by(X_, rows_.torque).held_out / own_.held_out : 0;
+    return jumps_with_motor(rows_, X_);
   }
 
  private:
@@ -203,6 +218,18 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
           if (k != j) consider(k, sign * factor);
     if (best.with >= 0 && !refine(best, consider)) best = {.r2 = best.r2};
   }
+  for (int j = 0; j < n; ++j) {
+    Coupling& c = found[static_cast<std::size_t>(j)];
+    if (c.with < 0) continue;
+    Motors of_other(rows_of(c.with, recordings, target, 0), c.with);
+    if (!of_other.has_rows() || !of_other.jumps(j, 1 / c.factor)) {
+      c = {.r2 = c.r2};
+      continue;
+    }
+    const auto [inner, outer] = std::minmax(j, c.with);
+    Motors at_outer(rows_of(outer, recordings, target, 0), outer);
+    c.at_joint_too = at_outer.needs_own(inner, outer == j ? c.factor : 1 / c.factor);
+  }
   return found;
 }
 
@@ -220,6 +247,12 @@ double declared_factor(const Coupling& coupling, int joint) {
 
 std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot) {
   const auto [outer, inner] = std::minmax(joint, coupling.with, std::greater());
+  const bool is_declared = std::ranges::any_of(
+      robot.couplings, [&, o = outer, i = inner](const dynamics::Coupling& of_robot) {
+        return (of_robot.joint == o && of_robot.motor == i) ||
+               (of_robot.joint == i && of_robot.motor == o);
+      });
+  if (is_declared || coupling.at_joint_too) return "";
   return fmt::format("[[robot.coupling]] joint = \"{}\", motor = \"{}\", factor = {:.3g}",
                      robot.joints[static_cast<std::size_t>(outer)].name,
                      robot.joints[static_cast<std::size_t>(inner)].name,

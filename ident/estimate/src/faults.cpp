@@ -169,6 +169,16 @@ Fault fault_of_torque(const Prepared& prepared, const FitReport& report, int j, 
           remedy_of_torque(prepared, j)};
 }
 
+std::string remedy_of_coupling(const std::string& declaration) {
+  const std::string what = "a coupled wrist, differential or belt";
+  return declaration.empty()
+             ? what +
+                   " with friction at its motors and at its joints, of which a model has one: use "
+                   "the values of the other joints alone"
+             : fmt::format("{}: declare it, {}, or use the values of the other joints alone", what,
+                           declaration);
+}
+
 /// What to do about viscous friction below zero.
 std::string remedy_of_viscous(const Prepared& prepared, const dynamics::Joint& joint,
                               const Seen& seen) {
@@ -240,9 +250,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
       add(fmt::format("friction depends on the speed of {} too ({:.0f} % of the residual)",
                       name_of_other(report.couplings[i], prepared.robot),
                       100 * report.couplings[i].share),
-          fmt::format("a coupled wrist, differential or belt: declare it, {}, or use only the "
-                      "other joints",
-                      declaration_of(report.couplings[i], j, prepared.robot)));
+          remedy_of_coupling(declaration_of(report.couplings[i], j, prepared.robot)));
     if (prior_alone.size() > j && prepared.rigid_body.sigma[j] > kContradicts * prior_alone[j])
       add(fmt::format(
               "[identify.prior] contradicts its torque: it leaves {:.3g} {}, the data alone "

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -22,15 +21,12 @@ constexpr double kNoiseRange = 6;         // standard deviations that noise span
 constexpr double kStepRange = 1.5;        // steps that a position spans which hardly moves
 constexpr double kNormalMedian = 0.6745;  // median of |x|, x ~ N(0, 1)
 
-// Bridges NaN by straight lines between neighbours (held at the ends); marks them in `missing`.
-void bridge(Eigen::Ref<Eigen::VectorXd> x, std::vector<std::uint8_t>& missing) {
+// Bridges NaN by straight lines between neighbours (held at the ends).
+void bridge(Eigen::Ref<Eigen::VectorXd> x) {
   const auto size = x.size();
   Eigen::Index last = -1;
   for (Eigen::Index k = 0; k < size; ++k) {
-    if (std::isnan(x[k])) {
-      missing[static_cast<std::size_t>(k)] = 1;
-      continue;
-    }
+    if (std::isnan(x[k])) continue;
     for (Eigen::Index i = last + 1; i < k; ++i)
       x[i] = last < 0 ? x[k]
                       : x[last] + (x[k] - x[last]) * static_cast<double>(i - last) /
@@ -300,6 +296,19 @@ Eigen::VectorXd between_samples(const Eigen::VectorXd& q, int factor) {
   return out;
 }
 
+std::vector<bool> beside_missing(const Dataset& log, double cutoff_hz) {
+  const int T = log.length(), near = static_cast<int>(std::ceil(1 / (cutoff_hz * log.dt())));
+  std::vector<bool> made_up(static_cast<std::size_t>(T), false);
+  int from = 0;  // samples before are done
+  for (int k = 0; k < T; ++k) {
+    if (!log.q.row(k).hasNaN() && !log.tau.row(k).hasNaN()) continue;
+    const int to = std::min(T, k + near + 1);
+    for (int i = std::max(from, k - near); i < to; ++i) made_up[static_cast<std::size_t>(i)] = true;
+    from = to;
+  }
+  return made_up;
+}
+
 Recording make_recording(Dataset log, double cutoff_hz) {
   const ZeroPhaseButterworth low_pass(cutoff_hz, log.rate_hz);
   const ZeroPhaseButterworth wide(wide_band(cutoff_hz, log.rate_hz), log.rate_hz);
@@ -315,13 +324,12 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   out.temperature = log.temperature;
   if (out.temperature.size() == 0) out.temperature = RowMatrix::Constant(T, n, kRoomTemperature);
 
-  std::vector<std::uint8_t> missing(static_cast<std::size_t>(T), 0);
   std::vector<double> work;
   Eigen::VectorXd column(T);
   const auto filter = [&](const RowMatrix& signal, int j, const ZeroPhaseButterworth& by,
                           bool held) {
     column = signal.col(j);
-    bridge(column, missing);
+    bridge(column);
     const std::string& joint = log.joint_names[static_cast<std::size_t>(j)];
     if (column.hasNaN()) throw UserError("{}: joint {}: no finite sample", log.name, joint);
     // Torque in force around t_k: mean of the values held before and after it.
@@ -340,8 +348,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
     out.wide.q.col(j) = filter(log.q, j, wide, false);
     out.filtered_tau.col(j) = filter(log.tau, j, low_pass, true);
     column = out.temperature.col(j);
-    std::vector<std::uint8_t> ignored(static_cast<std::size_t>(T), 0);
-    bridge(column, ignored);
+    bridge(column);
     out.temperature.col(j) = column;
   }
 
@@ -355,7 +362,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   for (int j = 0; j < n; ++j) take_out_means(out.filtered_tau.col(j));
 
   const int edge = static_cast<int>(std::ceil(2 / (cutoff_hz * dt)));
-  const int near = static_cast<int>(std::ceil(1 / (cutoff_hz * dt)));
+  const std::vector<bool> made_up = beside_missing(log, cutoff_hz);
   out.use.setConstant(T, n, true);
   const auto skip = [&](int from, int to) {
     from = std::max(0, from);
@@ -364,7 +371,7 @@ Recording make_recording(Dataset log, double cutoff_hz) {
   skip(0, edge);
   skip(T - edge, T);
   for (int k = 0; k < T; ++k)
-    if (missing[static_cast<std::size_t>(k)]) skip(k - near, k + near + 1);
+    if (made_up[static_cast<std::size_t>(k)]) skip(k, k + 1);
   leave_out_run_in(out);
 
   out.load = out.filtered_tau;

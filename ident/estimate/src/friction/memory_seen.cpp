@@ -9,14 +9,27 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kFitted = 0.8;     // of every recording
+constexpr double kHeldOut = 0.8;    // of every recording, from there on
 constexpr double kLeastGain = 0.3;  // of what is left: a sharper step at reversals gains less
 constexpr std::size_t kFewestBlocks = 3;
 
-/// Residuals at given samples of a law that was fitted to `fitted`.
-Eigen::VectorXd residual_of(const char* law, const JointFrictionData& fitted,
-                            const JointFrictionData& all, const RigidBodyFit& rigid, int joint,
-                            std::span<const std::vector<int>> row) {
+/// A part of every recording that is predicted from the rest of it, [from, to) of its length.
+struct HeldOut {
+  double from, to;
+
+  SampleRange of(int length) const {
+    return {static_cast<int>(from * length), static_cast<int>(to * length)};
+  }
+  SampleRange rest_of(int length) const {
+    const SampleRange out = of(length);
+    return out.begin > 0 ? SampleRange{0, out.begin} : SampleRange{out.end, length};
+  }
+};
+
+/// Squared residuals at given samples of a law that was fitted to `fitted`.
+Eigen::ArrayXd squares_of(const char* law, const JointFrictionData& fitted,
+                          const JointFrictionData& all, const RigidBodyFit& rigid, int joint,
+                          std::span<const std::vector<int>> row) {
   const friction::RobotFriction one({friction::JointSpec{{{law, 0, {}}}}});
   FrictionFitOptions options;
   options.starts = 1;
@@ -30,37 +43,52 @@ Eigen::VectorXd residual_of(const char* law, const JointFrictionData& fitted,
   for (std::size_t s = 0; s < row.size(); ++s)
     for (const int k : row[s])
       e.push_back(all.target(static_cast<int>(s), k) - f[s][static_cast<std::size_t>(k)] - c);
-  return Eigen::VectorXd::Map(e.data(), std::ssize(e));
+  return Eigen::ArrayXd::Map(e.data(), std::ssize(e)).square();
 }
+
+/// What a law leaves in each block of a second without memory, and by how much less with one.
+struct Gains {
+  std::vector<double> left, less;
+};
 
 }  // namespace
 
 bool shows_memory(std::span<const signals::Recording> recordings, const FrictionTorques& target,
                   const RigidBodyFit& rigid, int joint, double cutoff_hz) {
-  std::vector<SampleRange> ranges;
-  for (const signals::Recording& r : recordings)
-    ranges.push_back({0, static_cast<int>(kFitted * r.length())});
   const OffsetPrior prior = offset_prior(rigid, joint);
-  const JointFrictionData fitted(recordings, target, joint, cutoff_hz, prior, ranges),
-      all(recordings, target, joint, cutoff_hz, prior);
-  std::vector<std::vector<int>> row = all.used_rows();
-  for (std::size_t s = 0; s < row.size(); ++s)
-    std::erase_if(row[s], [&](int k) { return k < ranges[s].end; });
-  const std::vector<RowBlock> blocks = blocks_of(row, all.blocks());
-  if (fitted.rows() == 0 || blocks.size() < kFewestBlocks) return false;
-
-  const auto squares = [&](const char* law) {
-    return residual_of(law, fitted, all, rigid, joint, row).array().square().eval();
+  const JointFrictionData all(recordings, target, joint, cutoff_hz, prior);
+  const auto rows_in = [&](const HeldOut& part) {
+    std::vector<std::vector<int>> row = all.used_rows();
+    for (std::size_t s = 0; s < row.size(); ++s) {
+      const SampleRange out = part.of(recordings[s].length());
+      std::erase_if(row[s], [&](int k) { return k < out.begin || k >= out.end; });
+    }
+    return row;
   };
-  const Eigen::ArrayXd without = squares("coulomb_viscous"), with = squares("dahl");
-  if (!without.allFinite() || !with.allFinite()) return false;
-  Eigen::ArrayXd gain(std::ssize(blocks));
-  for (std::size_t b = 0; b < blocks.size(); ++b)
-    gain[static_cast<Eigen::Index>(b)] =
-        (without - with).segment(blocks[b].begin, blocks[b].size).sum();
-  const auto count = static_cast<double>(blocks.size());
+  std::vector<HeldOut> parts{{kHeldOut, 1}};
+  if (blocks_of(rows_in(parts[0]), all.blocks()).size() < kFewestBlocks)
+    parts = {{0, 0.5}, {0.5, 1}};
+  Gains gains;
+  for (const HeldOut& part : parts) {
+    std::vector<SampleRange> ranges;
+    for (const signals::Recording& r : recordings) ranges.push_back(part.rest_of(r.length()));
+    const JointFrictionData fitted(recordings, target, joint, cutoff_hz, prior, ranges);
+    if (fitted.rows() == 0) return false;
+    const std::vector<std::vector<int>> row = rows_in(part);
+    const Eigen::ArrayXd without = squares_of("coulomb_viscous", fitted, all, rigid, joint, row),
+                         with = squares_of("dahl", fitted, all, rigid, joint, row);
+    if (!without.allFinite() || !with.allFinite()) return false;
+    for (const auto& [begin, size] : blocks_of(row, all.blocks())) {
+      gains.left.push_back(without.segment(begin, size).sum());
+      gains.less.push_back(gains.left.back() - with.segment(begin, size).sum());
+    }
+  }
+  if (gains.less.size() < kFewestBlocks) return false;
+  const auto gain = Eigen::ArrayXd::Map(gains.less.data(), std::ssize(gains.less)),
+             left = Eigen::ArrayXd::Map(gains.left.data(), std::ssize(gains.left));
+  const auto count = static_cast<double>(gain.size());
   const double error = std::sqrt((gain - gain.mean()).square().sum() / (count - 1) * count);
-  return gain.sum() > std::max(error, kLeastGain * without.sum());
+  return gain.sum() > std::max(error, kLeastGain * left.sum());
 }
 
 }  // namespace fricid::estimate

@@ -62,7 +62,8 @@ std::vector<int> scaled_joints(const TorqueScales& scales) {
   return joints;
 }
 
-/// The joints whose springs, one after the other, explain most.
+/// The joints whose springs, one after the other, explain most, in parts of the data that they were
+/// not fitted to as well.
 struct Springs {
   std::vector<int> joints;
   double gain = 0;
@@ -71,8 +72,9 @@ struct Springs {
 /// @param sigma  of the residuals without springs
 Springs find_springs(const StackedByJoint& all, Eigen::VectorXd sigma) {
   Springs springs;
-  Columns columns(static_cast<std::size_t>(all.plain));
-  std::iota(columns.begin(), columns.end(), 0);
+  Columns plain(static_cast<std::size_t>(all.plain));
+  std::iota(plain.begin(), plain.end(), 0);
+  Columns columns = plain;
   for (double best = kGain; best > 0;) {
     best = 0;
     std::pair<int, Eigen::VectorXd> with;
@@ -93,7 +95,9 @@ Springs find_springs(const StackedByJoint& all, Eigen::VectorXd sigma) {
     springs.gain += best;
     sigma = with.second;
   }
-  return springs;
+  if (springs.joints.empty()) return springs;
+  const double held_out = gain_of(held_out_sigma(all, plain), held_out_sigma(all, columns));
+  return held_out > kGain ? springs : Springs{};
 }
 
 /// A joint that slides has no angle: what depends on its position is a spring or an offset.

@@ -22,6 +22,7 @@ namespace {
 constexpr double kIdentified = 0.1, kWeak = 0.5;
 constexpr double kConfused = 0.9;  // correlation worth a word
 constexpr double kCertain = 3;     // standard errors below zero of friction
+constexpr const char* kOfModifiers = " (modifier)";
 constexpr const char* kConstantTorque = " constant torque";
 
 // Names and columns of the unknowns: base parameters, then the friction that any row excites.
@@ -166,13 +167,19 @@ void group_parameters(const dynamics::RobotModel& robot, Identifiability& report
 // A travel below this share of that in which friction climbs is the sensor's noise.
 constexpr double kNoise = 0.03;
 
-// Turns of joint j in one recording.
-void count_turns(const signals::Recording& s, int j, const IdentifiabilityOptions& options,
-                 Coverage& c, std::vector<double>& climbs) {
+/// Turns of joint j in one recording. @param made_up  see `beside_missing`
+void count_turns(const signals::Recording& s, const std::vector<bool>& made_up, int j,
+                 const IdentifiabilityOptions& options, Coverage& c, std::vector<double>& climbs) {
   double last_turn = s.wide.q(0, j);
   int climb = -1;     // samples since the last turn while friction climbs
   double before = 0;  // last speed that was not zero
   for (int k = 1; k < s.length(); ++k) {
+    if (made_up[static_cast<std::size_t>(k)]) {
+      last_turn = s.wide.q(k, j);
+      climb = -1;
+      before = 0;
+      continue;
+    }
     const double v = s.wide.v(k, j);
     if (climb >= 0) {
       ++climb;
@@ -207,7 +214,9 @@ Coverage cover(std::span<const signals::Recording> recordings, const dynamics::J
              .resolution = infinity};
   std::vector<double> climbs;
   for (const signals::Recording& s : recordings) {
+    const std::vector<bool> made_up = signals::beside_missing(s.log, options.rigid_body.cutoff_hz);
     for (int k = 0; k < s.length(); ++k) {
+      if (made_up[static_cast<std::size_t>(k)]) continue;
       const double speed = std::abs(s.narrow.v(k, j));
       c.fastest = std::max(c.fastest, speed);
       if (speed > moving && speed < options.stribeck_speed) c.slow_s += s.dt;
@@ -219,7 +228,7 @@ Coverage cover(std::span<const signals::Recording> recordings, const dynamics::J
       c.temperature_high = std::max(c.temperature_high, s.temperature.col(j).maxCoeff());
     }
     if (s.step[j] > 0) c.resolution = std::min(c.resolution, s.step[j]);
-    count_turns(s, j, options, c, climbs);
+    count_turns(s, made_up, j, options, c, climbs);
   }
   if (!climbs.empty()) {
     const auto middle = climbs.begin() + static_cast<std::ptrdiff_t>(climbs.size() / 2);
@@ -313,7 +322,7 @@ std::vector<std::pair<std::string, Demands>> families() {
     const Demands demands = demands_of_modifier(friction::parameters_of_modifier(modifier.name, 1));
     if (!demands.of_joints.empty()) add(laws, modifier.name, demands);
   }
-  for (std::size_t i = laws; i < found.size(); ++i) found[i].first += " (modifier)";
+  for (std::size_t i = laws; i < found.size(); ++i) found[i].first += kOfModifiers;
   return found;
 }
 
@@ -341,6 +350,12 @@ void judge_families(const dynamics::RobotModel& robot, double seconds, Identifia
       verdict.words += "; held-out torque shows a memory all the same: its parameters are weak";
     report.families.push_back(verdict);
   }
+  const auto is_modifier = [](const FamilyVerdict& f) { return f.family.ends_with(kOfModifiers); };
+  if (std::ranges::any_of(report.families,
+                          [&](const FamilyVerdict& f) { return f.supported && !is_modifier(f); }))
+    return;
+  for (FamilyVerdict& f : report.families)
+    if (is_modifier(f) && f.supported) f.supported = false, f.words = "no law can be fitted";
 }
 
 }  // namespace
@@ -364,7 +379,9 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
   judge_parameters(start.robot, recordings, alone, report);
   group_parameters(start.robot, report);
   double seconds = 0;
-  for (const signals::Recording& s : recordings) seconds += s.dt * s.length();
+  for (const signals::Recording& s : recordings)
+    seconds += s.dt * static_cast<double>(std::ranges::count(
+                          signals::beside_missing(s.log, options.rigid_body.cutoff_hz), false));
   for (int j = 0; j < robot.n(); ++j) {
     report.joints.push_back(
         cover(recordings, robot.joints[static_cast<std::size_t>(j)], j, options));
@@ -375,15 +392,17 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
 }
 
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
-                                 std::span<const signals::Recording> recordings) {
+                                 std::span<const signals::Recording> recordings, double cutoff_hz) {
   const std::vector<int> columns = dynamics::base_parameters(robot).columns;
   const auto b = static_cast<Eigen::Index>(columns.size());
   const auto n = static_cast<std::size_t>(robot.n());
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(b, b), Y(robot.n(), robot.parameter_count()),
                   Y_b(robot.n(), b);
   dynamics::Workspace<double> ws(robot);
-  for (const signals::Recording& s : recordings)
+  for (const signals::Recording& s : recordings) {
+    const std::vector<bool> made_up = signals::beside_missing(s.log, cutoff_hz);
     for (int k = 0; k < s.length(); ++k) {
+      if (made_up[static_cast<std::size_t>(k)]) continue;
       dynamics::regressor(robot, ws, {s.narrow.q.row(k).data(), n}, {s.narrow.v.row(k).data(), n},
                           {s.narrow.a.row(k).data(), n}, Y);
       for (Eigen::Index c = 0; c < b; ++c) Y_b.col(c) = Y.col(columns[static_cast<std::size_t>(c)]);
@@ -392,6 +411,7 @@ Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
           Y_b.row(j) /= effort;
       H.noalias() += s.dt * (Y_b.transpose() * Y_b);
     }
+  }
   return H;
 }
 

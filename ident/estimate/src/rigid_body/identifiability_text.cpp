@@ -42,6 +42,17 @@ std::string with_error(const ParameterVerdict* v) {
   return rounded(v->value, v->standard_error) + (v->verdict == Verdict::kWeak ? " weak" : "");
 }
 
+/// The shorter of the lists of laws that can be fitted and of those that cannot.
+std::string laws_in_words(const std::vector<std::string>& supported,
+                          const std::vector<std::string>& not_supported) {
+  if (supported.empty()) return "none (--verbose says why)\n";
+  if (not_supported.empty()) return "all\n";
+  const std::string with = fmt::format("{}", fmt::join(supported, ", ")),
+                    without = fmt::format("{}", fmt::join(not_supported, ", "));
+  return fmt::format("{} (--verbose says why)\n",
+                     with.size() < without.size() ? "only " + with : "all but " + without);
+}
+
 }  // namespace
 
 data::CheckedIdentifiability checked(const Identifiability& report,
@@ -117,7 +128,8 @@ std::string to_text(const Identifiability& report, const dynamics::RobotModel& r
   return text;
 }
 
-std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot) {
+std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot,
+                       bool damaged) {
   if (!report.message.empty()) return fmt::format("parameters: none: {}\n", report.message);
   std::string text;
   for (const std::string& doubt : report.doubts)
@@ -163,11 +175,14 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
               ? "friction: Coulomb and viscous identified on every joint"
               : fmt::format("friction: poorly identified on {}", fmt::join(lacking, ", "));
   for (std::size_t j = 0; j < report.couplings.size(); ++j)
-    if (const Coupling& c = report.couplings[j]; matters(c, c.r2))
+    if (const Coupling& c = report.couplings[j]; matters(c, c.r2)) {
+      const std::string declaration = declaration_of(c, static_cast<int>(j), robot);
       text +=
-          fmt::format("; that of {} depends on the speed of {} too: {}, if one motor turns both",
-                      robot.joints[j].name, name_of_other(c, robot),
-                      declaration_of(c, static_cast<int>(j), robot));
+          fmt::format("; that of {} depends on the speed of {} too: {}", robot.joints[j].name,
+                      name_of_other(c, robot),
+                      declaration.empty() ? "it is at motors and joints, of which a model has one"
+                                          : declaration + ", if one motor turns both");
+    }
   std::vector<std::string> growth;
   for (const ParameterVerdict& v : report.parameters)
     if (v.name.ends_with(kFrictionPerTorque))
@@ -184,12 +199,9 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
                       "modifiers = [\"gear_load\"]",
                       fmt::join(growth, ", "));
   text += '\n';
-  text += fmt::format(
-      "laws: {}{}\n", supported.empty() ? "none" : fmt::format("{}", fmt::join(supported, ", ")),
-      not_supported.empty()
-          ? ""
-          : fmt::format("; not {} (--verbose says why)", fmt::join(not_supported, ", ")));
-  text += weak + lost == 0 && lacking.empty()
+  text += "laws: " + laws_in_words(supported, not_supported);
+  text += damaged ? "next: mend what is named above, and check again\n"
+          : weak + lost == 0 && lacking.empty()
               ? "next: nothing is missing for rigid body, Coulomb and viscous friction\n"
               : fmt::format("next: record the trajectory of --design next.toml{}\n",
                             lacking.empty() ? ""

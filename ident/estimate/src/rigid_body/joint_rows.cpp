@@ -223,6 +223,45 @@ Solution solve(const StackedByJoint& all, Eigen::Index first) {
   return solve(all, columns);
 }
 
+Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns) {
+  constexpr Eigen::Index kStretchesOfRows = 5;
+  const auto n = static_cast<std::size_t>(all.n());
+  std::vector<std::vector<JointRows>> stretches(kStretchesOfRows);
+  for (std::size_t j = 0; j < n; ++j) {
+    std::vector<Columns> chosen(kStretchesOfRows);
+    const JointRows& rows = all.joints[j];
+    for (std::size_t i = 0; i < rows.at.size(); ++i)
+      chosen[static_cast<std::size_t>(rows.at[i] * kStretchesOfRows / all.rows)].push_back(
+          static_cast<Eigen::Index>(i));
+    for (std::size_t s = 0; s < stretches.size(); ++s)
+      stretches[s].push_back(normal_equations(rows, chosen[s], all.size));
+  }
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(all.n());
+  for (std::size_t s = 0; s < stretches.size(); ++s) {
+    StackedByJoint others;
+    others.size = all.size;
+    for (std::size_t j = 0; j < n; ++j) {
+      JointRows sum;
+      for (std::size_t other = 0; other < stretches.size(); ++other) {
+        if (other == s) continue;
+        if (sum.XX.size() == 0)
+          sum = stretches[other][j];
+        else
+          sum.add(stretches[other][j]);
+      }
+      others.joints.push_back(std::move(sum));
+    }
+    const Eigen::VectorXd x = solve(others, columns).x;
+    for (std::size_t j = 0; j < n; ++j)
+      squares[static_cast<Eigen::Index>(j)] += stretches[s][j].squares(x);
+  }
+  Eigen::VectorXd sigma(all.n());
+  for (std::size_t j = 0; j < n; ++j)
+    sigma[static_cast<Eigen::Index>(j)] =
+        sigma_of(squares[static_cast<Eigen::Index>(j)], all.joints[j]);
+  return sigma;
+}
+
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {
   return 2 * (sigma.array() / less.array()).log().sum();
 }

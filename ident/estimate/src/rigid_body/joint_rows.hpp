@@ -89,6 +89,9 @@ Solution solve(const StackedByJoint& all, Eigen::Index first);
 /// Standard deviation of residuals of one joint.
 double sigma_of(double squares, const JointRows& rows);
 
+/// Standard deviation of what each fifth of the rows leaves under the regression of the others.
+Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns);
+
 /// Log of the factor by which the unexplained variance falls, in sum over the joints.
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less);
 

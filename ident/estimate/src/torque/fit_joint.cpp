@@ -17,13 +17,13 @@
 #include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/prior.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
+#include "fricid/estimate/torque/networks.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/friction/laws/memory_network.hpp"
 #include "friction/ripple_search.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/regression_start.hpp"
 #include "support.hpp"
-#include "torque/networks.hpp"
 
 namespace fricid::estimate {
 namespace {

@@ -1,4 +1,4 @@
-#include "torque/networks.hpp"
+#include "fricid/estimate/torque/networks.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -127,6 +127,7 @@ class Trials {
 std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, const Arm& sum,
                                       const std::vector<LvmParts>& parts,
                                       std::vector<PartEvidence>& evidence) {
+  if (parts.empty()) return std::nullopt;
   const auto begin = std::chrono::steady_clock::now();
   Trials trials(fits, plain);
   std::vector<bool> wants(parts.size(), true);

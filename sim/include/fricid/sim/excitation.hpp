@@ -36,6 +36,11 @@ Excitation design_excitation(const ExcitationOptions& config, const MujocoArm& a
 /// log det of an information matrix; -infinity where it is not positive definite.
 double log_det(const Eigen::MatrixXd& H);
 
+/// What existing data say, in the unit in which `TrajectoryReport::log_det` counts: integrals over
+/// a trajectory's period by the mean over it.
+/// @param known  as of `design_excitation`
+Eigen::MatrixXd per_period(const Eigen::MatrixXd& known, const ExcitationOptions& config);
+
 /// Margins of a trajectory on a grid of `samples` times over one period.
 TrajectoryReport examine(const Fourier& series, const ExcitationOptions& config,
                          const MujocoArm& arm, const dynamics::RobotModel& robot, int samples);

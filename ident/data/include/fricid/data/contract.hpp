@@ -161,9 +161,9 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
-/// Limits of a fit to torque of this kind, in one line; empty: none.
-std::string_view warning_of_kind(std::string_view kind);
-/// The same for a data set, whose source names the kind.
+/// What the torque of logs is taken for and the limits of a fit to it, "FILE: torque.kind = ...".
+std::string kind_in_words(const Contract& contract, const std::string& file);
+/// Limits of a fit to the torque of a data set, whose source names its kind; empty: none.
 std::string_view warning_of_torque(const Dataset& dataset);
 
 /// Whether its torque was measured beyond the gear, where its rotor and its friction are not.

@@ -45,17 +45,24 @@ inline bool misleads(const Finding& finding) {
   return finding.is_severe || info_of(finding.kind).misleads;
 }
 
-inline bool is_damage(const Finding& finding) {
-  return info_of(finding.kind).severity == Severity::kDamage;
+inline Severity severity_of(const Finding& finding) {
+  return finding.is_severe ? Severity::kDamage : info_of(finding.kind).severity;
 }
 
-/// Whether to tell of it unasked: damage, and torque at the limit of the drive.
+inline bool is_damage(const Finding& finding) { return severity_of(finding) == Severity::kDamage; }
+
+/// Whether to tell of it unasked: damage, missing samples, and torque at the limit of the drive.
 inline bool is_told(const Finding& finding) {
-  return is_damage(finding) || finding.kind == FindingKind::kAtLimit;
+  return is_damage(finding) || finding.kind == FindingKind::kAtLimit ||
+         finding.kind == FindingKind::kMissing;
 }
 
 /// One line: "damage: swapped: q tau of joint_a4 and joint_a5, 0-31.4 s: ...".
 std::string to_text(const Finding& finding, const data::Dataset& dataset);
+/// The same of several data sets, each line behind their names: equal findings of several joints
+/// or sets are one line, with the time from the first to the last and sizes from least to most.
+std::vector<std::string> to_lines(std::span<const std::vector<Finding>> findings,
+                                  std::span<const data::Dataset> sets);
 /// All findings as an artefact.
 data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data::Dataset& dataset);
 

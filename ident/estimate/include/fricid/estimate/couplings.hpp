@@ -20,12 +20,15 @@ struct Coupling {
   /// neither regression was fitted to; of all samples or of those that slide, the lesser [1].
   double share = 0;
   double r2 = 0;  ///< of the joint's torque with its own Coulomb and viscous friction
+  /// Whether friction of the outer of the two joints goes with its own speed too: of what both
+  /// together explain beside the one or the other, that of the motor alone is less than half.
+  bool at_joint_too = false;
 };
 
 /// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
-/// joint, beside sign and speed of v_j + factor v_k, where the torque jumps as that motor reverses,
-/// while the joint slides too. Factors of either sign from a quarter to four are tried, of the two
-/// joints before and behind: gears couple neighbours.
+/// joint, beside sign and speed of v_j + factor v_k, where the torque of both joints jumps as that
+/// motor reverses, and while the joint slides too. Factors of either sign from a quarter to four
+/// are tried, of the two joints before and behind: gears couple neighbours.
 /// @param target  friction torque that the rigid body leaves, per recording (T, n) [N m]
 std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordings,
                                      const FrictionTorques& target);
@@ -38,7 +41,8 @@ const std::string& name_of_other(const Coupling& coupling, const dynamics::Robot
 /// The factor by which a scene declares the coupling of a joint, between the motor of the outer of
 /// the two joints, which turns by q_outer - factor q_inner, and the inner joint.
 double declared_factor(const Coupling& coupling, int joint);
-/// The keys of a scene that declare it.
+/// The keys of a scene that declare it; empty where that is no remedy, since they are declared or
+/// friction is at motors and joints, of which a model has one.
 std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot);
 
 }  // namespace fricid::estimate

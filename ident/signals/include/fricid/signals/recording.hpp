@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -68,6 +69,10 @@ struct Recording {
 /// and so are those of a joint before its first kWashout of travel.
 /// @throws UserError on a log shorter than 8 / cutoff_hz, a column without or with giant numbers
 Recording make_recording(Dataset log, double cutoff_hz);
+
+/// Samples (T) at which a filtered signal is made up: within 1 / cutoff_hz of a missing position or
+/// torque of any joint.
+std::vector<bool> beside_missing(const Dataset& log, double cutoff_hz);
 
 /// What the encoders do not tell apart (n) [rad]: standard deviation of their noise, or of rounding
 /// to their steps where that is larger.

@@ -98,16 +98,17 @@ Identifiability examine_data(const dynamics::RobotModel& robot,
                              std::span<const signals::Recording> recordings,
                              const IdentifiabilityOptions& options);
 
-/// integral of Y_b' W Y_b dt over the recordings, W = diag(1 / effort^2), to which a further
-/// trajectory adds. Base columns of `base_parameters`.
+/// integral of Y_b' W Y_b dt over the recordings, but beside missing samples, W = diag(1 /
+/// effort^2), to which a further trajectory adds. Base columns of `base_parameters`.
 Eigen::MatrixXd base_information(const dynamics::RobotModel& robot,
-                                 std::span<const signals::Recording> recordings);
+                                 std::span<const signals::Recording> recordings, double cutoff_hz);
 
 /// The report as a part of check.json.
 data::CheckedIdentifiability checked(const Identifiability& report,
                                      const dynamics::RobotModel& robot);
 std::string to_text(const Identifiability& report, const dynamics::RobotModel& robot);
 /// The same in short: rigid body, friction per joint, families of laws, what to record next.
-std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot);
+std::string to_summary(const Identifiability& report, const dynamics::RobotModel& robot,
+                       bool damaged = false);
 
 }  // namespace fricid::estimate

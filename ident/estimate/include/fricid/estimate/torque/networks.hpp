@@ -17,7 +17,7 @@ namespace fricid::estimate {
 /// by half, the one that `choose` takes is fitted once more, to all rows.
 /// @param plain     the arm to better
 /// @param sum       where the fits start
-/// @param parts     of the sum, per joint
+/// @param parts     of the sum, per joint; empty: its laws are those of a prior, and stay alone
 /// @param evidence  for a network in each joint
 /// @return          none: networks are not needed
 std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, const Arm& sum,
