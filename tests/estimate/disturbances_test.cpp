@@ -43,6 +43,13 @@ TEST(Disturbances, ReversalsThatALawLacksAreNone) {
     EXPECT_FALSE(fit(arm.robot, {noisy_log(arm)}, law).disturbances) << law;
 }
 
+// A recording begins with springs that are bent nobody knows how.
+TEST(Disturbances, TheBeginningOfALogIsNone) {
+  const Arm arm = lugre_arm();
+  EXPECT_TRUE(fit(arm.robot, {pushed(noisy_log(arm), 5, 8)}, "lugre").disturbances);
+  EXPECT_FALSE(fit(arm.robot, {pushed(noisy_log(arm), 0.05, 8)}, "lugre").disturbances);
+}
+
 // Of a joint that reverses a few times, one unlike the others says nothing.
 TEST(Disturbances, AFewReversalsTellNone) {
   const Arm arm = lugre_arm();

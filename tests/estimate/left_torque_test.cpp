@@ -47,6 +47,35 @@ TEST(PositionWave, CoggingIsFoundWithItsPeriods) {
   }
 }
 
+// Friction that is three times as large within a twentieth of the travel.
+TEST(TightSpot, IsFoundWithItsPlace) {
+  const Arm arm = lugre_arm();
+  std::vector<data::Dataset> logs;
+  for (const std::uint64_t seed : {1, 2})
+    logs.push_back(
+        make_log(arm, {.seconds = 24, .peak_speed = 0.8, .torque_noise = 0.3, .seed = seed}));
+  for (const bool tight : {false, true}) {
+    constexpr double kPlace = 0.15, kHalfWidth = 0.05;
+    for (data::Dataset& log : logs)
+      for (Eigen::Index k = 1; tight && k < log.q.rows(); ++k)
+        if (std::abs(log.q(k, 1) - kPlace) < kHalfWidth)
+          log.tau(k, 1) += log.q(k, 1) > log.q(k - 1, 1) ? 8 : -8;
+    const std::vector<TightSpot> spots = left_by_lugre(
+        arm.robot, logs,
+        [](const JointFits& fits, const Arm& fitted) { return fits.spots_of(fitted); });
+    ASSERT_EQ(spots.size(), 3u);
+    EXPECT_LT(spots[0].share, 0.1);
+    EXPECT_LT(spots[2].share, 0.1);
+    if (!tight) {
+      EXPECT_LT(spots[1].share, 0.1);
+    } else {
+      EXPECT_GT(spots[1].share, 0.2);
+      EXPECT_NEAR(spots[1].at, kPlace, kHalfWidth);
+      EXPECT_GT(spots[1].more, 2);
+    }
+  }
+}
+
 // A motor that gives 15 % less than its current says at the largest torque.
 TEST(TorqueBend, AFallingTorqueConstantIsFound) {
   const Arm arm = lugre_arm();

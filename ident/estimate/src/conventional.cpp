@@ -16,6 +16,7 @@
 #include "fricid/estimate/friction/motion_errors.hpp"
 #include "fricid/estimate/predict_torque.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/weights.hpp"
 #include "support.hpp"
 #include "torque/fit_joint.hpp"
 
@@ -270,6 +271,7 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options
       find_disturbances(robot, prepared.recordings, report.rigid_body.least_speed, residual);
   if (prepared.under_load && !fits.linear()) widen_errors(*prepared.under_load, report.rigid_body);
   widen_errors(rigid, fits.law(), report.joints);
+  report.weights = other_weights(robot, prepared.recordings, report.rigid_body);
   report.model.arm.robot.pi = report.rigid_body.pi;
   for (const JointFrictionFit& joint : report.joints)
     std::ranges::copy(joint.theta, std::back_inserter(report.model.arm.friction.theta));

@@ -23,6 +23,8 @@ constexpr std::size_t kFew = 3;  // events
 constexpr double kBeyond = 6;    // times the next event
 constexpr double kWorth = 0.05;  // of the joint's torque, root mean square
 constexpr int kFewestReversals = 10;
+constexpr double kBegin = 0.5;  // [s] of a recording, whose springs are bent nobody knows how
+constexpr double kRest = 0.3;   // [s]
 
 /// Mean of the residual of a joint about a time.
 struct Mean {
@@ -31,14 +33,26 @@ struct Mean {
   double size = 0;  // [N m]
 };
 
-/// Every half of `kMean`, over the rows that are used.
+/// Whether a joint breaks away in a run after a rest, as no law may describe it.
+bool breaks_away(const signals::Recording& r, int j, const Run& run, double least_speed) {
+  const auto fastest = [&](int begin, int end) {
+    begin = std::max(0, begin), end = std::min(end, r.length());
+    return end > begin ? r.narrow.v.col(j).segment(begin, end - begin).cwiseAbs().maxCoeff() : 0;
+  };
+  const int rest = static_cast<int>(std::lround(kRest / r.dt));
+  return fastest(run.first - rest, run.first) < least_speed &&
+         fastest(run.first, run.last + rest) >= least_speed;
+}
+
+/// Every half of `kMean`, over the rows that are used, from `kBegin` on.
 std::vector<Mean> means_of(std::span<const signals::Recording> recordings,
                            const FrictionTorques& residual, int j) {
   std::vector<Mean> means;
   for (std::size_t s = 0; s < recordings.size(); ++s) {
     const signals::Recording& r = recordings[s];
     const int length = std::max(2, static_cast<int>(std::lround(kMean / r.dt)));
-    for (int begin = 0; begin + length <= r.length(); begin += length / 2) {
+    for (int begin = static_cast<int>(std::lround(kBegin / r.dt)); begin + length <= r.length();
+         begin += length / 2) {
       double sum = 0;
       int count = 0;
       for (int k = begin; k < begin + length; ++k)
@@ -95,6 +109,11 @@ std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
     if (reversals < kFewestReversals) continue;
     const std::vector<Mean> events = events_of(means_of(recordings, residual, j));
     const double worth = kWorth * rms[j];
+    if (std::ranges::all_of(events, [&](const Mean& event) {
+          return event.size < worth ||
+                 breaks_away(recordings[event.recording], j, event.run, least_speed[i]);
+        }))
+      continue;
     for (std::size_t e = std::min(kFew, std::max<std::size_t>(events.size(), 1) - 1); e > 0; --e) {
       const double times = events[e - 1].size / std::max(events[e].size, 1e-300);
       if (times < kBeyond || events[e - 1].size < worth) continue;

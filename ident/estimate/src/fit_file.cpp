@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fricid/base/not_finite.hpp"
+#include "fricid/base/text.hpp"
 #include "fricid/estimate/remarks.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
@@ -203,8 +204,16 @@ data::FitFile fit_file(const FitReport& report) {
   if (report.method == Method::kJoint)
     for (std::size_t j = 0; j < report.residual_rms.size(); ++j)
       file.joints.push_back(jointly_fitted(report, j));
-  std::vector<data::FittedRemark> remarks =
-      remarks_on(file.joints, report.model.arm.friction.model, report.waves, report.bends);
+  std::vector<data::FittedRemark> remarks = remarks_on(file.joints, report.model.arm.friction.model,
+                                                       report.waves, report.bends, report.spots);
+  if (!report.weights.empty())
+    remarks.push_back(
+        {"the torque of gravity is not that of the robot's file: root mean square on " +
+             enumeration(report.weights),
+         "a load, a counterweight or a spring that the file lacks, or its masses are "
+         "others; a spring passes for mass, and inertia and gravity then disagree",
+         "state what the arm carries: payload_kg of [robot], springs as "
+         "[[robot.torque]]"});
   if (report.disturbances)
     remarks.push_back({report.disturbances->found,
                        "a push, a collision or a cable that catches is no friction, and pulls what "

@@ -12,6 +12,7 @@
 #include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/weights.hpp"
 #include "support.hpp"
 #include "torque/fit_joint.hpp"
 
@@ -170,6 +171,7 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
         [&](std::size_t s, int k) { return residual[s](k, j); }, report);
   report.disturbances =
       find_disturbances(prepared.robot, prepared.recordings, least_speed, residual);
+  report.weights = other_weights(prepared.robot, prepared.recordings, report.rigid_body);
 }
 
 FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, int seed, int jobs,

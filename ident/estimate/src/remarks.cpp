@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/text.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -25,8 +26,9 @@ constexpr double kWorthBending = 0.02;  // of the largest torque
 std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> joints,
                                            const friction::RobotFriction& friction,
                                            std::span<const PositionWave> waves,
-                                           std::span<const TorqueBend> bends) {
-  std::vector<std::string> unresolved, weak, narrow, guessed, of_position, bent;
+                                           std::span<const TorqueBend> bends,
+                                           std::span<const TightSpot> spots) {
+  std::vector<std::string> unresolved, weak, narrow, guessed, of_position, tight, bent;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const data::FittedJoint& joint = joints[j];
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
@@ -69,6 +71,12 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                       waves[j].slides ? fmt::format("waves of {:.3g} mm, N = {:.4g}",
                                                     2e3 * std::numbers::pi / waves[j].n, waves[j].n)
                                       : fmt::format("{:.4g} periods per turn", waves[j].n)));
+  for (std::size_t j = 0; j < spots.size(); ++j)
+    if (spots[j].share > kExplained)
+      tight.push_back(fmt::format("{} ({:.0f} %, most at {:.3g} {}, {:+.3g} {})", joints[j].joint,
+                                  100 * spots[j].share, spots[j].at,
+                                  unit_of_joint("rad", spots[j].slides), spots[j].more,
+                                  unit_of_joint("N m", spots[j].slides)));
   for (std::size_t j = 0; j < bends.size(); ++j)
     if (bends[j].share > kBends && std::abs(bends[j].at_largest) > kWorthBending)
       bent.push_back(fmt::format("{} ({:.0f} % by {:+.2g} % at the largest torque)",
@@ -105,6 +113,13 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                        "no law of friction has a torque that does not change sign with the speed, "
                        "as of cogging, and open loops go astray by it",
                        "declare it: [[robot.torque]] with terms = [\"sin(N q)\", \"cos(N q)\"]"});
+  if (!tight.empty())
+    remarks.push_back(
+        {"what is left of the torque is friction at places of the joint's travel: " +
+             enumeration(tight),
+         "a tight spot, as of a bent shaft, a worn tooth or a cable that rubs, is in no "
+         "law; inertia and friction of the joint are fitted to it",
+         "mend the joint, or leave that place out of the motion"});
   if (!bent.empty())
     remarks.push_back(
         {"what laws of friction leave of the torque bends with the torque: " + enumeration(bent),

@@ -316,6 +316,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
   report.errors = fits.errors_of(best.arm, kDraws, static_cast<std::uint64_t>(seed));
   take_base_of(report.errors, best.arm.robot, report.rigid_body);
   report.waves = fits.waves_of(best.arm);
+  report.spots = fits.spots_of(best.arm);
   report.bends = fits.bends_of(strongest_law(found, best));
   report.couplings = find_couplings(
       prepared.recordings,

@@ -477,6 +477,12 @@ std::vector<PositionWave> JointFits::waves_of(const Arm& arm) const {
   return waves;
 }
 
+std::vector<TightSpot> JointFits::spots_of(const Arm& arm) const {
+  std::vector<TightSpot> spots;
+  for (int j = 0; j < n(); ++j) spots.push_back(tightest_spot(training_, held_out_, arm, j));
+  return spots;
+}
+
 std::vector<TorqueBend> JointFits::bends_of(const Arm& arm) const {
   std::vector<TorqueBend> bends;
   for (int j = 0; j < n(); ++j) bends.push_back(bend_of(training_, held_out_, arm, j));

@@ -1,5 +1,6 @@
 #include "fricid/estimate/torque/left_torque.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 #include <Eigen/Cholesky>
@@ -9,6 +10,7 @@ namespace {
 
 constexpr double kMostPeriods = 400, kStep = 0.25;  // over the travel
 constexpr Eigen::Index kFewestRows = 30;
+constexpr int kStretchesOfTravel = 48;
 
 /// Positions of a joint at its rows, its torque as the arm predicts it, and what it leaves.
 struct Left {
@@ -79,6 +81,34 @@ PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& 
   if (best.n == 0) return {};
   best.share = share_of(judged.torque - judged.wave(best.n) * of_best, judged.torque);
   return best;
+}
+
+TightSpot tightest_spot(const ArmTorqueData& training, const ArmTorqueData& held_out,
+                        const Arm& arm, int j) {
+  const Left fitted = left_of(training, arm, j), judged = left_of(held_out, arm, j);
+  if (std::min(fitted.q.size(), judged.q.size()) < kFewestRows) return {};
+  const double low = fitted.q.minCoeff(), travel = fitted.q.maxCoeff() - low;
+  if (!(travel > 0)) return {};
+  const auto stretch_of = [&](double q) {
+    return static_cast<Eigen::Index>(
+        std::clamp((q - low) / travel * kStretchesOfTravel, 0.0, kStretchesOfTravel - 1.0));
+  };
+  const double mean = fitted.torque.mean();  // a constant torque is no friction
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(kStretchesOfTravel), count = sum;
+  for (Eigen::Index r = 0; r < fitted.q.size(); ++r) {
+    sum[stretch_of(fitted.q[r])] += fitted.direction[r] * (fitted.torque[r] - mean);
+    count[stretch_of(fitted.q[r])] += 1;
+  }
+  const Eigen::ArrayXd of_stretch = sum / count.max(1);
+  Eigen::VectorXd rest = judged.torque;
+  for (Eigen::Index r = 0; r < rest.size(); ++r)
+    rest[r] -= judged.direction[r] * of_stretch[stretch_of(judged.q[r])];
+  TightSpot spot{.share = share_of(rest, judged.torque),
+                 .slides = slides(arm.robot.joints[static_cast<std::size_t>(j)])};
+  Eigen::Index most = 0;
+  spot.more = of_stretch.maxCoeff(&most);
+  spot.at = low + (static_cast<double>(most) + 0.5) * travel / kStretchesOfTravel;
+  return spot;
 }
 
 TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out, const Arm& arm,

@@ -45,6 +45,7 @@ struct FitReport {
   std::vector<double> sliding_r2;    ///< (n) of the rows in which the joint slides
   std::vector<double> resting_rms;   ///< (n) residual of the other rows [N m]
   std::vector<Coupling> couplings;   ///< (n)
+  std::vector<std::string> weights;  ///< of joints, other than the file's; see `other_weights`
   std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   std::optional<Disturbances> disturbances;  ///< none: no time is unlike the others
   double seconds = 0;
@@ -58,6 +59,7 @@ struct FitReport {
   std::vector<FitWithout> without;            ///< of method joint
   ArmErrors errors;                           ///< of method joint
   std::vector<PositionWave> waves;            ///< (n) left by a fit of method joint
+  std::vector<TightSpot> spots;               ///< (n) the same
   std::vector<TorqueBend> bends;              ///< (n) left by the best law of such a fit
 
   bool has_result() const {

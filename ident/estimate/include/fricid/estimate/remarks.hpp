@@ -13,12 +13,13 @@ namespace fricid::estimate {
 /// Remarks on stiffness that filter and samples of the motion may have changed by a quarter, on
 /// static friction below half of that of sliding, or that falls within less than the least Stribeck
 /// velocity, and on a fifth of what is left of a torque that goes with the joint's own position, or
-/// two fifths that bend with the torque.
+/// is friction at one place of it, or two fifths that bend with the torque.
 /// @param joints  of `friction`, as fitted
-/// @param waves, bends  per joint; empty: none were looked for
+/// @param waves, bends, spots  per joint; empty: none were looked for
 std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> joints,
                                            const friction::RobotFriction& friction,
                                            std::span<const PositionWave> waves = {},
-                                           std::span<const TorqueBend> bends = {});
+                                           std::span<const TorqueBend> bends = {},
+                                           std::span<const TightSpot> spots = {});
 
 }  // namespace fricid::estimate

@@ -116,6 +116,8 @@ class JointFits {
 
   /// Per joint the `strongest_wave` in the torque that `arm` leaves.
   std::vector<PositionWave> waves_of(const Arm& arm) const;
+  /// Per joint the `tightest_spot` in the torque that `arm` leaves.
+  std::vector<TightSpot> spots_of(const Arm& arm) const;
   /// Per joint the bend of the torque in what `arm` leaves of it.
   std::vector<TorqueBend> bends_of(const Arm& arm) const;
 

@@ -21,6 +21,19 @@ struct PositionWave {
 PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& held_out,
                             const Arm& arm, int j);
 
+/// Friction that is larger at one place of a joint's travel, as of a bent shaft or a worn tooth.
+struct TightSpot {
+  double at = 0;     ///< its place [rad or m]
+  double more = 0;   ///< friction there beside what the arm has [N m or N]
+  double share = 0;  ///< as of a `PositionWave`
+  bool slides = false;
+};
+
+/// What an arm leaves of the torque of joint j against the motion, in 48 stretches of the travel:
+/// the mean of each on the training rows, with the share that these explain on the held-out rows.
+TightSpot tightest_spot(const ArmTorqueData& training, const ArmTorqueData& held_out,
+                        const Arm& arm, int j);
+
 /// B (tau / largest)^3 in the torque of a joint, tau being what the arm predicts: as of a torque
 /// constant that falls with the current.
 struct TorqueBend {
