@@ -120,6 +120,22 @@ TEST(DoctorCalibration, ATorqueThatLeadsByFarIsSaid) {
       << judge(d, clean.robot, {"delay_unknown"}).said;
 }
 
+// One clock logs all of a campaign: what leads in one of three logs alone does not.
+TEST(DoctorCalibration, ATorqueLeadsInMostLogsOrInNone) {
+  const CleanLog clean = simulate_log(0);
+  const data::Dataset whole = decimated(clean.data, kEvery);
+  data::Dataset leading = whole;
+  delay_torque(leading, -0.05 * leading.rate_hz);
+  const auto said = [&](const std::vector<data::Dataset>& logs) {
+    std::ptrdiff_t count = 0;
+    for (const std::vector<Finding>& findings : diagnose(logs, &clean.robot))
+      count += std::ranges::count(findings, FindingKind::kDelayUnknown, &Finding::kind);
+    return count;
+  };
+  EXPECT_EQ(said({whole, leading, whole}), 0);
+  EXPECT_EQ(said({leading, leading, whole}), 2);
+}
+
 // Five seconds of slow motion, in which friction that lags leaves the shift of the torque open.
 TEST(DoctorCalibration, AShortSlowLogHasADelayBeyondTheSearchOnlyWhereOneWasPutIn) {
   const CleanLog slow = simulate_log(4);

@@ -139,6 +139,14 @@ std::vector<std::vector<Finding>> diagnose(std::span<const data::Dataset> logs,
                return !still_in(other, f.joint);
              });
     });
+  // one clock logged all: a few slow moves may seem to lead where most logs do not
+  const auto leads = [](const Finding& f) {
+    return f.kind == FindingKind::kDelayUnknown && f.size < 0;
+  };
+  const auto leading = std::ranges::count_if(
+      all, [&](const Findings& findings) { return std::ranges::any_of(findings, leads); });
+  if (2 * leading < std::ssize(all))
+    for (Findings& findings : of_logs) std::erase_if(findings, leads);
   return of_logs;
 }
 

@@ -80,7 +80,9 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
              "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
     KindInfo{
-        FindingKind::kMount, kDamage, "gravity points another way: signs and masses seem wrong",
+        FindingKind::kMount, kDamage,
+        "gravity points another way, or the zero of a joint is far off: signs and masses seem "
+        "wrong",
         "measure the mount, which is found by the masses of the robot's file: mount of [robot] "
         "in the scene, --mount of import and check",
         false, true},

@@ -28,7 +28,8 @@ namespace fricid::doctor {
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);
 
-/// The same of logs that are used together: a joint that moves in any of them is not still.
+/// The same of logs that are used together: a joint that moves in any of them is not still,
+/// and a torque does not lead by more than the search where it does so in less than half of them.
 /// @return of each log
 std::vector<std::vector<Finding>> diagnose(std::span<const data::Dataset> logs,
                                            const dynamics::RobotModel* robot);
