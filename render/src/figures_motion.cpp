@@ -12,6 +12,15 @@ namespace fricid::render {
 namespace {
 
 constexpr double kSmallest = 1e-9;  // [rad] bottom of a log axis, below the resolution of encoders
+constexpr int kCross = 2;           // marker of gnuplot
+constexpr double kRoom = 0.5;       // of the range of the motion, on either side
+
+/// Samples of an open loop up to that at which it fell, from where its positions are constant.
+Eigen::Index length_to_fall(const RowMatrix& q) {
+  Eigen::Index length = q.rows();
+  while (length > 1 && q.row(length - 1) == q.row(length - 2)) --length;
+  return length;
+}
 
 }  // namespace
 
@@ -19,7 +28,8 @@ Figure tracking(const Run& run) {
   Figure figure{.name = "tracking"};
   figure.caption = fmt::format(
       "Open loop on {}: every model starts at the measured state and is driven by the measured "
-      "motor torque alone. Black: measured position.",
+      "motor torque alone. Black: measured position. A cross: there the open loop fell, and was "
+      "ended.",
       run.trajectory);
   for (int j = 0; j < run.n(); ++j)
     figure.panels.push_back({.title = run.joint(j),
@@ -29,9 +39,23 @@ Figure tracking(const Run& run) {
   for (const RunModel& model : run.fitted()) {
     const auto rollout = run.rollout(model);
     if (!rollout) continue;
-    for (int j = 0; j < run.n(); ++j)
-      figure.panels[static_cast<std::size_t>(j)].series.push_back(
-          curve(model, rollout->t, rollout->q.col(j)));
+    const evaluate::Summary* summary = run.summary(model.name);
+    const bool may_fall = summary != nullptr && summary->diverged > 0;
+    const Eigen::Index length = may_fall ? length_to_fall(rollout->q) : rollout->q.rows();
+    for (int j = 0; j < run.n(); ++j) {
+      Panel& panel = figure.panels[static_cast<std::size_t>(j)];
+      panel.series.push_back(curve(model, rollout->t.head(length), rollout->q.col(j).head(length)));
+      if (length == rollout->q.rows()) continue;
+      // what fell far away would flatten the others
+      const double low = run.measured.q.col(j).minCoeff(), high = run.measured.q.col(j).maxCoeff();
+      panel.y_range = {low - kRoom * (high - low), high + kRoom * (high - low)};
+      panel.series.push_back(
+          {.colour = model.look.colour,
+           .x = {rollout->t[length - 1]},
+           .y = {std::clamp(rollout->q(length - 1, j), panel.y_range.low, panel.y_range.high)},
+           .mark = Mark::kPoints,
+           .marker = kCross});
+    }
   }
   for (int j = 0; j < run.n(); ++j)
     figure.panels[static_cast<std::size_t>(j)].series.push_back(
