@@ -110,20 +110,23 @@ def shares(truths):
 
 
 def intervals(truths):
-    columns = [("base", "simple"), ("base", "lvm"), ("base", "known_law"), ("friction", "lvm"), ("friction", "known_law")]
+    kinds = ["base", "friction", "elements"]
+    columns = [(kind, model) for kind in kinds for model in ("simple", "lvm", "known_law") if kind == "base" or model != "simple"]
     row(["truth"] + [f"{kind}: {model}" for kind, model in columns])
     row(["---"] + ["--:"] * len(columns))
     sums = [[0, 0] for _ in columns]
     for truth in truths:
         cells = [truth.name]
         for (kind, model), total in zip(columns, sums):
-            counts = [i[kind] for i in truth.of(model, "intervals")]
-            hold, stated = sum(c["hold"] for c in counts), sum(c["stated"] for c in counts)
+            found = truth.of(model, "intervals")
+            hold, stated = (sum(i[kind][key] for i in found) for key in ("hold", "stated"))
+            if kind == "friction":  # elements of a bank have columns of their own
+                hold, stated = (n - sum(i["elements"][key] for i in found) for n, key in ((hold, "hold"), (stated, "stated")))
             total[0] += hold
             total[1] += stated
-            cells.append(f"{hold} of {stated}")
+            cells.append(f"{hold} of {stated}" if stated else "–")
         row(cells)
-    row(["all"] + [f"{100 * hold / stated:.0f} %" if stated else "–" for hold, stated in sums])
+    row(["all"] + [f"{100 * hold / stated:.1f} %" if stated else "–" for hold, stated in sums])
     print()
 
 

@@ -67,6 +67,19 @@ TEST(Intervals, HoldTheTruthWithinTheirErrors) {
   EXPECT_EQ(some.friction.hold, friction - 2);
   all.add(some);
   EXPECT_EQ(all.friction.stated, 2 * friction - 1);
+  EXPECT_EQ(all.elements.stated, 0);  // one bristle is no bank
+}
+
+TEST(Intervals, OfElementsOfABankAreCountedApartToo) {
+  const Arm truth = kr6("gms");
+  Fitted of = stated(truth, 0.1);
+  int elements = 0;
+  for (const friction::ParameterRef& p : truth.friction.model.parameters())
+    elements += p.info.role == friction::Role::kStiffness || p.info.role == friction::Role::kShare;
+  ASSERT_GT(elements, 0);
+  const ParameterIntervals all = count_intervals(of.model, of.fit, truth);
+  EXPECT_EQ(all.elements.stated, elements);
+  EXPECT_GT(all.friction.stated, elements);
 }
 
 // A model that finds constant torques beside has a truth without any.

@@ -46,6 +46,14 @@ const friction::LawSpec& law_of(const friction::RobotFriction& friction,
       .laws[static_cast<std::size_t>(parameter.law)];
 }
 
+/// Whether a parameter is that of one of several elements.
+bool is_of_element(const friction::RobotFriction& friction, const friction::ParameterRef& of) {
+  using enum friction::Role;
+  const bool may_be =
+      of.info.role == kStiffness || of.info.role == kLevel || of.info.role == kShare;
+  return may_be && law_of(friction, of).elements > 1;
+}
+
 /// A parameter of the temperature of a law; NaN where it does not depend on it.
 double of_temperature(const friction::Friction& friction, const friction::ParameterRef& of,
                       friction::Role role) {
@@ -105,6 +113,7 @@ void IntervalCount::add(const IntervalCount& other) {
 void ParameterIntervals::add(const ParameterIntervals& other) {
   base.add(other.base);
   friction.add(other.friction);
+  elements.add(other.elements);
 }
 
 ParameterIntervals count_intervals(const data::ModelFile& model, const data::FitFile& fit,
@@ -135,6 +144,8 @@ ParameterIntervals count_intervals(const data::ModelFile& model, const data::Fit
     if (place.info.role == friction::Role::kPhase)
       error = std::remainder(error, 2 * std::numbers::pi);
     intervals.friction.add(error, parameter->standard_error / sums[p]);
+    if (is_of_element(friction, place))
+      intervals.elements.add(error, parameter->standard_error / sums[p]);
   }
   return intervals;
 }

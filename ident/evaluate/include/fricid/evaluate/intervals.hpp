@@ -25,6 +25,9 @@ struct IntervalCount {
 struct ParameterIntervals {
   IntervalCount base;      ///< base parameters of the rigid body
   IntervalCount friction;  ///< parameters of laws that the truth has at the same place
+  /// Of these stiffness, level and share of single elements of a bank. Elements are exchangeable,
+  /// and one may do the work of two: a bank is determined, its elements are only in part.
+  IntervalCount elements = {};
 
   void add(const ParameterIntervals& other);
 
@@ -34,6 +37,8 @@ struct ParameterIntervals {
     archive.section("friction", friction,
                     "friction parameters of laws that the truth has with as many elements and the "
                     "same modifiers");
+    archive.section("elements", elements,
+                    "of these stiffness, level and share of single elements of a bank");
   }
 };
 
