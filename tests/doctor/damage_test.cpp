@@ -254,6 +254,26 @@ TEST(Doctor, JointsThatDisagreeHaveNoDelay) {
       << text_of(diagnose(apart, &robot), apart);
 }
 
+// One drive's torque passes another filter, or another bus.
+TEST(Doctor, TheTorqueOfOneJointThatIsLateIsNamed) {
+  const auto& [log, robot] = fast_log();
+  for (const int joint : {1, 2}) {
+    Dataset late = log, apart = log;
+    delay_torque(late, 24);
+    apart.tau.col(joint) = late.tau.col(joint);
+    const std::vector<Finding> findings = diagnose(apart, &robot);
+    const std::vector<Finding> found = of_kind(findings, "delay");
+    ASSERT_EQ(found.size(), 1u) << text_of(findings, apart);
+    EXPECT_EQ(found[0].joint, joint);
+    EXPECT_NEAR(found[0].size, 24, 3);
+    const Dataset mended = repair(apart, findings, {{FindingKind::kDelay}});
+    const Eigen::ArrayXd left = mended.tau.col(joint) - log.tau.col(joint),
+                         damage = apart.tau.col(joint) - log.tau.col(joint);
+    EXPECT_LT(left.square().mean(), 0.1 * damage.square().mean());
+    EXPECT_EQ(mended.tau.col(0), apart.tau.col(0));
+  }
+}
+
 TEST(Doctor, ADelayBeyondTheSearchIsNotReportedAsMeasured) {
   Dataset late = fast_log().data;
   delay_torque(late, 400);

@@ -61,6 +61,7 @@ struct DelayCurves {
   double seconds = 0;  // in which a joint slides, of the one that does so longest
   /// Per joint (delays, stretches): of regressions on the whole log, and on the other stretches.
   std::vector<Eigen::ArrayXXd> fitted, held_out;
+  std::vector<int> joint;  ///< of each curve
 
   int joints() const { return static_cast<int>(fitted.size()); }
   int size() const { return static_cast<int>(fitted.front().rows()); }
@@ -92,7 +93,7 @@ double jackknife(const Number& without) {
 }
 
 // Adds what regressions of T (rows, delays) on X leave.
-void add_joint(Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves) {
+void add_joint(int j, Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves) {
   constexpr double kRidge = 1e-6;  // of columns of unit length: what the rest of a log leaves open
   const Eigen::VectorXd size = X.colwise().norm().transpose().cwiseMax(1e-300);
   X = (X * size.cwiseInverse().asDiagonal()).eval();
@@ -116,6 +117,7 @@ void add_joint(Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves)
     held_out.col(fold) = squares(of_others);
   }
   if (!fitted.allFinite() || !held_out.allFinite() || !(fitted.rowwise().sum() > 0).all()) return;
+  curves.joint.push_back(j);
   curves.fitted.push_back(fitted);
   curves.held_out.push_back(held_out);
 }
@@ -173,6 +175,47 @@ std::optional<Estimate> common_delay(const DelayCurves& curves) {
   return Estimate{sum / weight, std::sqrt(chi_squared / (count - 1) / weight)};
 }
 
+/// The only joint whose torque is late, or leads, by far while those of all others agree.
+struct LateJoint {
+  int joint = 0;
+  Estimate delay;  ///< in steps of the grid
+};
+
+/// @param undelayed  point of the grid that is no delay
+std::optional<LateJoint> late_joint(const DelayCurves& curves, Eigen::Index undelayed, double dt) {
+  constexpr double kApart = 0.01;   // [s] from the mean of the others: friction lags by less
+  constexpr double kAgree = 0.005;  // [s] by which these differ from their mean
+  constexpr double kLongest =
+      0.1;  // [s] periodic motion shifts by more where friction is all there is
+  constexpr double kCertainOfOne = 5;
+  constexpr double kClearOfOne = 0.5;  // log of the factor of its residuals' variance
+  const double step_s = curves.step * dt;
+  struct Own {
+    std::size_t curve;
+    double delay;
+  };
+  std::vector<Own> own;  // of joints that have one inside the search
+  for (std::size_t i = 0; i < curves.fitted.size(); ++i)
+    if (const auto lowest_of_one = lowest(pooled({curves.fitted[i]}, -1)))
+      own.push_back({i, *lowest_of_one});
+  if (own.size() < 3 || 2 * own.size() < curves.fitted.size()) return {};
+  for (const Own& one : own) {
+    double mean = 0, apart = 0;
+    for (const Own& other : own)
+      if (other.curve != one.curve) mean += other.delay / static_cast<double>(own.size() - 1);
+    for (const Own& other : own)
+      if (other.curve != one.curve) apart = std::max(apart, std::abs(other.delay - mean));
+    const double error = error_of_lowest({curves.fitted[one.curve]}, one.delay);
+    const Eigen::ArrayXd held_out = curves.held_out[one.curve].rowwise().sum();
+    const double gain = std::log(held_out[undelayed] / held_out.minCoeff());
+    if (std::abs(kEarliest + one.delay * step_s) < kLongest && apart * step_s < kAgree &&
+        gain > kClearOfOne &&
+        std::abs(one.delay - mean) > std::max(kApart / step_s, kCertainOfOne * error))
+      return LateJoint{curves.joint[one.curve], {one.delay, error}};
+  }
+  return {};
+}
+
 /// Whether joint j slides at several speeds, without which there is no delay to be found.
 bool has_speeds(const Sight& sight, int j) {
   std::vector<double> speeds;
@@ -188,7 +231,8 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
   DelayCurves curves{.first = kEarliest / d.dt(),
                      .step = std::max(kStep / d.dt(), kFinest),
                      .fitted = {},
-                     .held_out = {}};
+                     .held_out = {},
+                     .joint = {}};
   const int steps = static_cast<int>((kLatest - kEarliest) / d.dt() / curves.step) + 1;
   for (int j = 0; j < d.n(); ++j) {
     const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
@@ -201,7 +245,7 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
     }
     curves.seconds = std::max(
         curves.seconds, d.length() * d.dt() * static_cast<double>(X.rows()) / motion.length());
-    add_joint(X, T, curves);
+    add_joint(j, X, T, curves);
   }
   return curves;
 }
@@ -235,6 +279,22 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
         (undelayed < 0 || judged[i] < judged[undelayed]))
       undelayed = i;
   if (undelayed < 0) return;  // a sample is longer than the search
+  Finding finding{.kind = FindingKind::kDelay,
+                  .signal = "tau",
+                  .begin_s = d.t[0],
+                  .end_s = d.t[d.length() - 1],
+                  .unit = "samples"};
+  const auto say = [&](double samples, double error_s) {
+    finding.size = samples;
+    finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
+                               1e3 * d.dt() * samples, 1e3 * std::hypot(error_s, kShift));
+    findings.push_back(finding);
+  };
+  if (const std::optional<LateJoint> late = late_joint(curves, undelayed, d.dt())) {
+    finding.joint = late->joint;
+    say(curves.delay_of(late->delay.value), curves.step * d.dt() * late->delay.error);
+    return;
+  }
   const double gain = judged[undelayed] - judged[least_left];
   const double gain_error = jackknife([&](int fold) {
     const Eigen::ArrayXd without = pooled(curves.held_out, fold);
@@ -242,11 +302,6 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   });
   if (gain < std::max(kClear, kBetter * gain_error)) return;
 
-  Finding finding{.kind = FindingKind::kDelay,
-                  .signal = "tau",
-                  .begin_s = d.t[0],
-                  .end_s = d.t[d.length() - 1],
-                  .unit = "samples"};
   const Eigen::ArrayXd left = pooled(curves.fitted, -1);
   const std::optional<double> best = lowest(left);
   const double gained = left[undelayed] - left.minCoeff();
@@ -265,14 +320,12 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   }
   const Estimate common = common_delay(curves).value_or(Estimate{*best, 0});
   const double error = curves.step * std::max(error_of_lowest(curves.fitted, *best), common.error);
-  finding.size = curves.delay_of(common.value);
-  const double beyond = finding.size - std::clamp(finding.size, 0.0, kNone);
+  const double samples = curves.delay_of(common.value);
+  const double beyond = samples - std::clamp(samples, 0.0, kNone);
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   const double certain = beyond < 0 ? kCertainLead : kCertain;
   if (std::abs(beyond) < std::max(least, certain * error)) return;
-  finding.unit = fmt::format("samples, {:.3g} ms, standard error {:.2g} ms",
-                             1e3 * d.dt() * finding.size, 1e3 * std::hypot(d.dt() * error, kShift));
-  findings.push_back(finding);
+  say(samples, d.dt() * error);
 }
 
 }  // namespace fricid::doctor

@@ -109,20 +109,21 @@ void let_time_go_on(Dataset& d, const Finding& wrap) {
 
 void interpolate(Dataset& d) { d = data::at_even_times(std::move(d)); }
 
+// Whether `f` concerns joint j.
+bool concerns(const Finding& f, int j) { return f.joint < 0 || f.joint == j; }
+
 // Torque at t_k taken from t_k + delay.
-void advance_torque(Dataset& d, double delay) {
+void advance_torque(Dataset& d, const Finding& f) {
   const RowMatrix old = d.tau;
-  const int whole = static_cast<int>(std::floor(delay));
-  const double share = delay - whole;
+  const int whole = static_cast<int>(std::floor(f.size));
+  const double share = f.size - whole;
   const int T = d.length();
   for (int k = 0; k < T; ++k) {
     const int i = std::clamp(k + whole, 0, T - 1), next = std::clamp(k + whole + 1, 0, T - 1);
-    d.tau.row(k) = (1 - share) * old.row(i) + share * old.row(next);
+    for (int j = 0; j < d.n(); ++j)
+      if (concerns(f, j)) d.tau(k, j) = (1 - share) * old(i, j) + share * old(next, j);
   }
 }
-
-// Whether `f` concerns joint j.
-bool concerns(const Finding& f, int j) { return f.joint < 0 || f.joint == j; }
 
 void scale(Dataset& d, const Finding& f, double factor) {
   for (int j = 0; j < d.n(); ++j) {
@@ -140,7 +141,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kUneven) return interpolate(d);
-  if (f.kind == FindingKind::kDelay) return advance_torque(d, f.size);
+  if (f.kind == FindingKind::kDelay) return advance_torque(d, f);
   if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kHeld) return keep_rows_of_source(d, f);
   if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
