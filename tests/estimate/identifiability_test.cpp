@@ -399,7 +399,7 @@ TEST(Identifiability, APauseThatIsMissingIsNoMotion) {
 TEST(Identifiability, AMemoryIsSeenInALogOfSixSeconds) {
   Arm arm = coulomb_arm();
   EXPECT_FALSE(examine(arm.robot, {make_log(arm, {.seconds = 6.4})}).joints[0].memory);
-  arm.friction = same_law("dahl", {4, 500}, arm.robot.n());
+  arm.friction = same_law("dahl", {4, 500, 2}, arm.robot.n());
   EXPECT_TRUE(examine(arm.robot, {make_log(arm, {.seconds = 6.4})}).joints[0].memory);
 }
 

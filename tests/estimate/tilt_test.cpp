@@ -63,7 +63,7 @@ TEST(Tilt, IsNotTakenForASpringOrAScaleAndTheyNotForIt) {
 TEST(Tilt, OfAFewMilliradiansAndFrictionWithMemoryAreNoFault) {
   EXPECT_EQ(doubts_of(tilted(coulomb_arm(5e-3), 0.005, 0)), "");
   Arm hysteretic = coulomb_arm();
-  hysteretic.friction = same_law("dahl", {4, 500}, hysteretic.robot.n());
+  hysteretic.friction = same_law("dahl", {4, 500, 2}, hysteretic.robot.n());
   EXPECT_THAT(doubts_of(hysteretic), Not(HasSubstr("gravity points")));
 }
 
