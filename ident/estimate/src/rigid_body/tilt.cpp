@@ -116,14 +116,12 @@ std::optional<Tilt> find_tilt(const dynamics::RobotModel& robot, const StackedBy
     const Eigen::Vector2d delta = found.x.tail(2);
     const double angle = delta.norm();
     if (!(angle > 0) || !std::isfinite(angle)) return std::nullopt;
-    if (step == 0) {
-      const double gain = 2 * (before.array() / found.sigma.array()).log().maxCoeff();
-      const double error = error_of(with, all.passage, found, delta / angle);
-      if (!(gain > kLeastGain && angle > kCertainTilt * error)) return std::nullopt;
-    }
-    tilt.gain = gain_of(before, found.sigma);
-    const Eigen::Vector3d axis = (delta[0] * across + delta[1] * other) / angle;
     tilt.standard_error = error_of(with, all.passage, found, delta / angle);
+    tilt.gain = gain_of(before, found.sigma);
+    const double most = 2 * (before.array() / found.sigma.array()).log().maxCoeff();
+    if (step == 0 && !(most > kLeastGain && angle > kCertainTilt * tilt.standard_error))
+      return std::nullopt;
+    const Eigen::Vector3d axis = (delta[0] * across + delta[1] * other) / angle;
     turned.gravity = Eigen::AngleAxisd(std::min(angle, kLargestStep), axis) * turned.gravity;
   }
   tilt.gravity = turned.gravity;
