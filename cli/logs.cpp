@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <fstream>
 #include <optional>
-#include <span>
 
 #include "commands.hpp"
 #include "fricid/base/error.hpp"
@@ -26,11 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void print_findings(std::span<const std::vector<doctor::Finding>> findings,
-                    std::span<const data::Dataset> sets, std::FILE* stream) {
-  for (const std::string& line : doctor::to_lines(findings, sets)) print(line + "\n", stream);
-}
-
 /// What was repaired is marked so and gets no remedy.
 void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
   std::vector<doctor::Finding> left;
@@ -44,13 +38,8 @@ void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
                       text.substr(text.find(':'), text.find(';') - text.find(':'))),
           stream);
   }
-  print_findings({&left, 1}, {&log.data, 1}, stream);
-}
-
-/// What is told unasked; all notes too if `all`.
-std::vector<doctor::Finding> told(std::vector<doctor::Finding> findings, bool all) {
-  if (!all) std::erase_if(findings, [](const doctor::Finding& f) { return !doctor::is_told(f); });
-  return findings;
+  for (const std::string& line : doctor::to_lines({&left, 1}, {&log.data, 1}))
+    print(line + "\n", stream);
 }
 
 std::string path_of(const fs::path& log) { return fs::weakly_canonical(log).string(); }
@@ -96,15 +85,16 @@ bool damaged(const std::vector<doctor::Finding>& findings) {
 
 void print_findings(const workflow::Subject& subject, const workflow::CheckReport& report,
                     bool verbose) {
-  std::vector<std::vector<doctor::Finding>> shown;
   for (std::size_t i = 0; i < subject.sets.size(); ++i) {
     const data::Dataset& d = subject.sets[i];
     if (!damaged(report.findings[i]))
       print(fmt::format("{}: {:.4g} s at {:.4g} Hz: no damage found\n", d.name,
                         d.t[d.length() - 1] - d.t[0], d.rate_hz));
-    shown.push_back(told(report.findings[i], verbose));
   }
-  print_findings(shown, subject.sets, stdout);
+  // all notes too if verbose
+  for (const std::string& line :
+       doctor::to_lines(report.findings, subject.sets, verbose ? nullptr : doctor::is_told))
+    print(line + "\n");
 }
 
 }  // namespace

@@ -177,11 +177,7 @@ bool CheckReport::whole() const {
 }
 
 std::vector<std::string> CheckReport::faults(const Subject& subject) const {
-  std::vector<std::string> lines;
-  std::vector<std::vector<doctor::Finding>> damage = findings;
-  for (std::vector<doctor::Finding>& of_set : damage)
-    std::erase_if(of_set, [](const doctor::Finding& f) { return !doctor::is_damage(f); });
-  lines = doctor::to_lines(damage, subject.sets);
+  std::vector<std::string> lines = doctor::to_lines(findings, subject.sets, doctor::is_damage);
   if (parameters)
     for (const std::string& doubt : parameters->doubts) lines.push_back(doubt);
   return lines;

@@ -58,8 +58,7 @@ void refuse_learnt_samples(const scene::Problem& part, std::span<const data::Dat
       if (const int shared = data::samples_in_common(of, sets[t]); shared > 0)
         throw UserError(
             "{}: data.validation has {}, {:.3g} s of which are in {}, which is trained on; "
-            "allowed: "
-            "other recordings, or other parts of one",
+            "allowed: other recordings, or other parts of one",
             part.scene.name, judged[v], shared * of.dt(), train[t]);
     }
 }
@@ -73,10 +72,7 @@ Done import(const scene::Problem& part, const RunFolder& out,
                             part.contract_path.filename().string()));
   Done done;
   const auto findings = doctor::diagnose(sets, &part.robot);
-  std::vector<std::vector<doctor::Finding>> told = findings;
-  for (std::vector<doctor::Finding>& of_set : told)
-    std::erase_if(of_set, [](const doctor::Finding& f) { return !doctor::is_told(f); });
-  for (const std::string& line : doctor::to_lines(told, sets)) say(line);
+  for (const std::string& line : doctor::to_lines(findings, sets, doctor::is_told)) say(line);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const data::Dataset& dataset = sets[i];
     done.files.push_back(out.diagnosis(dataset.name));

@@ -168,9 +168,11 @@ bool are_alike(const Line& a, const Line& b) {
 }
 
 /// The findings of one data set, equal ones of several joints as one.
-std::vector<Line> lines_of(std::span<const Finding> findings, const data::Dataset& d) {
+std::vector<Line> lines_of(std::span<const Finding> findings, const data::Dataset& d,
+                           bool (*which)(const Finding&)) {
   std::vector<Line> lines;
   for (const Finding& finding : findings) {
+    if (which && !which(finding)) continue;
     const Line line = line_of(finding, d);
     const bool of_joint = finding.joint >= 0 && !line.of_pair;
     const auto same = std::ranges::find_if(lines, [&](const Line& other) {
@@ -220,10 +222,11 @@ const KindInfo& info_of(FindingKind kind) { return kKinds[static_cast<std::size_
 std::string to_text(const Finding& f, const data::Dataset& d) { return in_words(line_of(f, d)); }
 
 std::vector<std::string> to_lines(std::span<const std::vector<Finding>> findings,
-                                  std::span<const data::Dataset> sets) {
+                                  std::span<const data::Dataset> sets,
+                                  bool (*which)(const Finding&)) {
   std::vector<Line> all;
   for (std::size_t i = 0; i < sets.size(); ++i)
-    for (const Line& line : lines_of(findings[i], sets[i])) {
+    for (const Line& line : lines_of(findings[i], sets[i], which)) {
       const auto same = std::ranges::find_if(all, [&](const Line& other) {
         return are_alike(line, other) && line.joints == other.joints &&
                line.of_pair == other.of_pair && other.sets.back() != line.sets[0];

@@ -78,6 +78,20 @@ JointRows normal_equations(const JointRows& joint, const Columns& chosen, Eigen:
   return normal_equations(joint.X.leftCols(columns)(chosen, Eigen::all), joint.y(chosen));
 }
 
+std::vector<int> StackedByJoint::joint_of_rows() const {
+  std::vector<int> joint(static_cast<std::size_t>(rows));
+  for (int j = 0; j < n(); ++j)
+    for (const Eigen::Index r : joints[static_cast<std::size_t>(j)].at)
+      joint[static_cast<std::size_t>(r)] = j;
+  return joint;
+}
+
+Eigen::VectorXd StackedByJoint::standard(const Eigen::VectorXd& x, int count) const {
+  Eigen::VectorXd pi = Eigen::VectorXd::Zero(count);
+  pi(parameters) = x.head(base);
+  return pi;
+}
+
 StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
                               std::span<const signals::Recording> recordings,
                               const RigidBodyOptions& options) {

@@ -57,6 +57,9 @@ struct StackedByJoint {
   std::vector<std::string> names;  ///< of the plain columns
 
   int n() const { return static_cast<int>(joints.size()); }
+  std::vector<int> joint_of_rows() const;  ///< (rows)
+  /// Standard parameters of the robot (count) of which these base parameters are: others are zero.
+  Eigen::VectorXd standard(const Eigen::VectorXd& x, int count) const;
 };
 
 /// A spring of joint j is c0 q + c1 sin q + c2 cos q, less what gravity explains anyway.

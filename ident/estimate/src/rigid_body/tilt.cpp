@@ -28,29 +28,27 @@ std::vector<Eigen::MatrixXd> torque_by_gravity(const dynamics::RobotModel& robot
                                                const StackedByJoint& all, const Eigen::VectorXd& x,
                                                std::span<const signals::Recording> recordings) {
   const auto n = static_cast<std::size_t>(robot.n());
-  Eigen::VectorXd pi = Eigen::VectorXd::Zero(robot.parameter_count());
-  pi(all.parameters) = x.head(all.base);
+  Eigen::VectorXd pi = all.standard(x, robot.parameter_count());
   pi.tail(robot.parameter_count() - robot.armature_begin()).setZero();
   std::vector<dynamics::RobotModel> under(3, robot);
   for (int k = 0; k < 3; ++k) under[static_cast<std::size_t>(k)].gravity = Eigen::Vector3d::Unit(k);
   dynamics::Workspace<double> ws(robot);
   const std::vector<double> still(n, 0.0);
+  const std::vector<int> joint = all.joint_of_rows();
   RowMatrix of_sample(3, robot.n());
-  std::vector<Eigen::MatrixXd> out;
-  for (int j = 0; j < all.n(); ++j) {
-    const Columns& at = all.joints[static_cast<std::size_t>(j)].at;
-    out.emplace_back(std::ssize(at), 3);
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      const auto r = static_cast<std::size_t>(at[i]);
-      const RowMatrix& q = recordings[static_cast<std::size_t>(all.sequence[r])].narrow.q;
-      for (int k = 0; k < 3; ++k)
-        dynamics::rnea<double>(under[static_cast<std::size_t>(k)], ws,
-                               {pi.data(), static_cast<std::size_t>(pi.size())},
-                               {q.row(all.sample[r]).data(), n}, still, still,
-                               {of_sample.row(k).data(), n});
-      out.back().row(static_cast<Eigen::Index>(i)) = of_sample.col(j).transpose();
-    }
+  Eigen::MatrixXd of_rows(all.rows, 3);
+  for (std::size_t r = 0; r < joint.size(); ++r) {
+    const bool is_new =
+        r == 0 || all.sample[r] != all.sample[r - 1] || all.sequence[r] != all.sequence[r - 1];
+    const RowMatrix& q = recordings[static_cast<std::size_t>(all.sequence[r])].narrow.q;
+    for (int k = 0; is_new && k < 3; ++k)
+      dynamics::rnea<double>(
+          under[static_cast<std::size_t>(k)], ws, {pi.data(), static_cast<std::size_t>(pi.size())},
+          {q.row(all.sample[r]).data(), n}, still, still, {of_sample.row(k).data(), n});
+    of_rows.row(static_cast<Eigen::Index>(r)) = of_sample.col(joint[r]).transpose();
   }
+  std::vector<Eigen::MatrixXd> out;
+  for (const JointRows& rows : all.joints) out.push_back(of_rows(rows.at, Eigen::all));
   return out;
 }
 

@@ -12,7 +12,7 @@
 namespace fricid::estimate {
 
 /// "s2 (24 N m, 49 by the file)": joints whose torque of gravity is another one than that of the
-/// robot's file, root mean square over the recordings, by two fifths of the larger of the two, a
+/// robot's file, root mean square over the recordings, by a quarter of the larger of the two, a
 /// tenth of the joint's torque and four standard errors. None of a fit that needed the file.
 /// @param robot  as its file has it
 std::vector<std::string> other_weights(const dynamics::RobotModel& robot,

@@ -96,14 +96,9 @@ Eigen::VectorXd errors_of(const StackedByJoint& shared, const std::vector<Eigen:
 std::vector<Eigen::MatrixXd> shifts_of_joints(const dynamics::RobotModel& robot,
                                               const StackedByJoint& all, const Solution& plain,
                                               std::span<const signals::Recording> recordings) {
-  Eigen::VectorXd pi = Eigen::VectorXd::Zero(robot.parameter_count());
-  pi(all.parameters) = plain.x.head(all.base);
-  std::vector<int> joint(static_cast<std::size_t>(all.rows));
-  for (int j = 0; j < all.n(); ++j)
-    for (const Eigen::Index r : all.joints[static_cast<std::size_t>(j)].at)
-      joint[static_cast<std::size_t>(r)] = j;
   const Eigen::MatrixXd of_rows =
-      torque_of_shifts(robot, pi, joint, all.sequence, all.sample, recordings);
+      torque_of_shifts(robot, all.standard(plain.x, robot.parameter_count()), all.joint_of_rows(),
+                       all.sequence, all.sample, recordings);
   std::vector<Eigen::MatrixXd> shifts;
   for (const JointRows& rows : all.joints) shifts.push_back(of_rows(rows.at, Eigen::all));
   return shifts;

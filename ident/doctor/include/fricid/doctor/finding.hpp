@@ -61,8 +61,10 @@ inline bool is_told(const Finding& finding) {
 std::string to_text(const Finding& finding, const data::Dataset& dataset);
 /// The same of several data sets, each line behind their names: equal findings of several joints
 /// or sets are one line, with the time from the first to the last and sizes from least to most.
+/// @param which  of the findings; none: all
 std::vector<std::string> to_lines(std::span<const std::vector<Finding>> findings,
-                                  std::span<const data::Dataset> sets);
+                                  std::span<const data::Dataset> sets,
+                                  bool (*which)(const Finding&) = nullptr);
 /// All findings as an artefact.
 data::DiagnosisFile diagnosis_file(std::span<const Finding> findings, const data::Dataset& dataset);
 
