@@ -25,15 +25,29 @@ struct Paint {
   }
 };
 
-Paint paint_of(const std::string& text) {
+/// Files, or parts of them, and words.
+struct Lists {
+  std::vector<std::string> files, words;
+
+  template <class Archive>
+  void visit(Archive& archive) {
+    archive("files", files, files_or_parts("to read"));
+    archive("words", words, text("in them"));
+  }
+};
+
+template <class Config>
+Config read(const std::string& text) {
   const toml::table table = parse_toml(text, "paint.toml");
   const std::vector<std::string> no_joints;
   TomlReader reader(table, "", "paint.toml", no_joints);
-  Paint paint;
-  paint.visit(reader);
+  Config config;
+  config.visit(reader);
   reader.refuse_unknown();
-  return paint;
+  return config;
 }
+constexpr auto paint_of = read<Paint>;
+constexpr auto lists_of = read<Lists>;
 
 std::string written(Paint paint, bool commented) {
   TomlWriter writer(commented, {});
@@ -52,6 +66,21 @@ TEST_F(Toml, EnumsAreTheirNames) {
             "paint.toml:2: edge = \"blue\"; allowed: red or green");
   EXPECT_EQ(message_of([] { paint_of("colour = 1"); }),
             "paint.toml:1: colour = 1; allowed: red or green");
+}
+
+TEST_F(Toml, APartOfAFileIsATextOrATable) {
+  EXPECT_THAT(
+      lists_of("files = ['a', 'a[:2]', {file = 'a', from = 1.5, to = 20}, {file = 'a', to = 3}]")
+          .files,
+      testing::ElementsAre("a", "a[:2]", "a[1.5:20]", "a[:3]"));
+  EXPECT_THAT(lists_of("files = {file = 'a', from = 7}").files, testing::ElementsAre("a[7:]"));
+  for (const std::string part : {"{from = 1}", "{file = 1}", "{file = 'a', begin = 1}", "{}"})
+    EXPECT_EQ(message_of([&] { lists_of("\nfiles = ['a', " + part + "]"); }),
+              "paint.toml:2: files[2] = a table; allowed: a text or an array of texts, each "
+              "\"FILE\", \"FILE[FROM:TO]\" or {file = \"FILE\", from = FROM, to = TO} [s]")
+        << part;
+  EXPECT_EQ(message_of([] { lists_of("words = [{file = 'a', to = 3}]"); }),
+            "paint.toml:1: words[1] = a table; allowed: a text or an array of texts");
 }
 
 TEST_F(Toml, WhatIsUnsetIsLeftOut) {

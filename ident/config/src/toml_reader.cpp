@@ -33,6 +33,32 @@ std::optional<std::int64_t> whole_in_range(const toml::node& node, const Field& 
   return node.as_integer()->get();
 }
 
+/// {file = "log.csv", from = 10, to = 20} as "log.csv[10:20]"; either end may be left out. Nothing
+/// where the table is another one.
+std::optional<std::string> part_of_file(const toml::table& table) {
+  std::string file, from, to;
+  for (auto&& [key, item] : table) {
+    const std::optional<double> seconds = as_number(item);
+    if (key == "file" && item.is_string())
+      file = item.as_string()->get();
+    else if (key == "from" && seconds)
+      from = fmt::format("{}", *seconds);
+    else if (key == "to" && seconds)
+      to = fmt::format("{}", *seconds);
+    else
+      return std::nullopt;
+  }
+  if (file.empty()) return std::nullopt;
+  return from.empty() && to.empty() ? file : fmt::format("{}[{}:{}]", file, from, to);
+}
+
+/// One of a list of texts.
+std::optional<std::string> text_of(const toml::node& node, const Field& field) {
+  if (node.is_string()) return node.as_string()->get();
+  if (field.parts && node.is_table()) return part_of_file(*node.as_table());
+  return std::nullopt;
+}
+
 std::string joint_count(std::size_t n) { return fmt::format("{} joint{}", n, n == 1 ? "" : "s"); }
 
 }  // namespace
@@ -191,17 +217,19 @@ void TomlReader::operator()(std::string_view key, std::vector<std::string>& valu
   const toml::node* node = find(key, field);
   if (!node) return;
   value.clear();
-  if (node->is_string()) {
-    value.push_back(node->as_string()->get());
+  if (const std::optional<std::string> one = text_of(*node, field)) {
+    value.push_back(*one);
     return;
   }
   const toml::array* array = node->as_array();
-  const std::string allowed = "a text or an array of texts";
+  std::string allowed = "a text or an array of texts";
+  if (field.parts)
+    allowed += ", each \"FILE\", \"FILE[FROM:TO]\" or {file = \"FILE\", from = FROM, to = TO} [s]";
   if (!array || (field.required && array->empty())) refuse(key, *node, found(*node), allowed);
   for (const toml::node& item : *array) {
-    if (!item.is_string())
-      refuse(fmt::format("{}[{}]", key, value.size() + 1), item, found(item), allowed);
-    value.push_back(item.as_string()->get());
+    const std::optional<std::string> text = text_of(item, field);
+    if (!text) refuse(fmt::format("{}[{}]", key, value.size() + 1), item, found(item), allowed);
+    value.push_back(*text);
   }
 }
 

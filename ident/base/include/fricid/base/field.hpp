@@ -17,6 +17,7 @@ struct Field {
   bool per_joint = false;      ///< one value per joint; a single number stands for all
   /// A key that a scene must have; a number of an artefact that is never null and keeps its bounds.
   bool required = false;
+  bool parts = false;  ///< files of which a part can be meant: "FILE[FROM:TO]", seconds
 };
 
 constexpr Field number(std::string_view unit, double lower, double upper,
@@ -48,6 +49,9 @@ constexpr Field signal(std::string_view unit, std::string_view meaning) {
   return {.meaning = meaning, .unit = unit};
 }
 constexpr Field text(std::string_view meaning) { return {.meaning = meaning}; }
+constexpr Field files_or_parts(std::string_view meaning) {
+  return {.meaning = meaning, .parts = true};
+}
 constexpr Field flag(std::string_view meaning) { return {.meaning = meaning}; }
 constexpr Field required(Field field) {
   field.required = true;

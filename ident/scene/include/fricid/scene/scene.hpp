@@ -30,8 +30,12 @@ struct DataSection {
   template <class Archive>
   void visit(Archive& archive) {
     archive("contract", contract, text("column contract (fricid template contract)"));
-    archive("train", train, text("training logs; may start with $VARIABLE/"));
-    archive("validation", validation, text("validation logs; may start with $VARIABLE/"));
+    archive("train", train,
+            files_or_parts("training logs, or parts of them in seconds, \"FILE[FROM:TO]\"; may "
+                           "start with $VARIABLE/"));
+    archive("validation", validation,
+            files_or_parts("validation logs, or parts of them in seconds, \"FILE[FROM:TO]\"; may "
+                           "start with $VARIABLE/"));
   }
 };
 
