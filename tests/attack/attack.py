@@ -101,6 +101,7 @@ FILES = [
         ["import", "log.csv", "--contract", "contract.toml", "-o", "out", "--fix", "gap"],
         ["check", "log.csv", "--contract", "contract.toml", "--robot", "robot.urdf"]]),
     ("log.mcap", damage.mcap, [["import", "log.mcap", "--contract", "mcap.toml", "-o", "out"]]),
+    ("log.mat", damage.mat, [["import", "log.mat", "--contract", "mat.toml", "-o", "out"]]),
     ("log.db3", damage.db3, [["import", "log.db3", "--contract", "mcap.toml", "-o", "out"]]),
     ("data.h5", damage.hdf5, [
         ["info", "data.h5"], ["info", "data.h5", "--csv"], ["check", "data.h5"],

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import struct
+import zlib
 
 # Text that would become code, markup, a path or another line in a writer that does not quote it.
 NAMES = [
@@ -393,6 +394,29 @@ def mcap(rng, data):
         record = b"\x06" + struct.pack("<Q", len(chunk)) + chunk
         return data[:8] + record * rng.choice([1, 3, 40]) + data[8:]
     return with_numbers(rng, data, 8)
+
+
+def mat(rng, data):
+    """A MAT-file, of which all fields are little-endian."""
+    kind = rng.randrange(6)
+    if kind == 0:
+        return encoding(rng, data)
+    if kind == 1:  # zeros that take much more memory than they take in the file
+        stored = zlib.compress(bytes(rng.choice([1, 1 << 20, 1 << 28])))
+        return data + struct.pack("<II", 15, rng.choice([len(stored), 1 << 31])) + stored
+    if kind == 2:  # structures in structures
+        array = b""
+        for _ in range(rng.choice([2, 40, 3000])):
+            array = mat_structure(array)
+        return data + array
+    return with_numbers(rng, data, 4)
+
+
+def mat_structure(array):
+    """A structure with the field f, which is `array`, of a MAT-file."""
+    content = struct.pack("<8I", 6, 8, 2, 0, 5, 8, 1, 1) + struct.pack("<2I", 1 | 1 << 16, ord("S"))
+    content += struct.pack("<4I", 5 | 4 << 16, 4, 1, 4) + b"f\0\0\0" + bytes(4) + array
+    return struct.pack("<II", 14, len(content)) + content
 
 
 def db3(rng, data):

@@ -5,6 +5,7 @@ import shutil
 import sqlite3
 import struct
 import subprocess
+import zlib
 
 from damage import text32
 
@@ -83,6 +84,12 @@ columns = "position.{{name}}"
 columns = "effort.{{name}}"
 """
 
+MAT_CONTRACT = """joint_names = {joints}
+format = "mat"
+[torque]
+columns = "tau{{}}"
+"""
+
 
 def cdr_text(body, text):
     body += b"\0" * (-len(body) % 4) + struct.pack("<I", len(text) + 1) + text.encode() + b"\0"
@@ -125,6 +132,20 @@ def mcap_of(joints, rows):
     for k, row in enumerate(rows):
         out += record(0x05, struct.pack("<HIQQ", 1, k, 0, 0) + joint_state(joints, *row))
     return out + record(0x02, struct.pack("<QQI", 0, 0, 0)) + b"\x89MCAP0\r\n"
+
+
+def mat_of(arrays):
+    """Arrays of doubles, each (name, rows by columns), as a MAT-file of version 5: plain and by zlib in turn."""
+    out = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"
+    for k, (name, rows) in enumerate(arrays):
+        text, numbers = name.encode(), [value for column in zip(*rows) for value in column]
+        content = struct.pack("<8I", 6, 8, 6, 0, 5, 8, len(rows), len(rows[0]))
+        content += struct.pack("<2I", 1, len(text)) + text + b"\0" * (-len(text) % 8)
+        content += struct.pack(f"<2I{len(numbers)}d", 9, 8 * len(numbers), *numbers)
+        array = struct.pack("<2I", 14, len(content)) + content
+        stored = zlib.compress(array)
+        out += array if k % 2 == 0 else struct.pack("<2I", 15, len(stored)) + stored
+    return out
 
 
 def make(program, folder):
@@ -172,6 +193,9 @@ def make(program, folder):
     rows = [(float(row[column["t"]]), group(row, "q"), group(row, "tau")) for row in table[1:]]
     (folder / "log.mcap").write_bytes(mcap_of(joints, rows))
     bag_of(folder / "log.db3", joints, rows)
+    (folder / "mat.toml").write_text(MAT_CONTRACT.format(joints=names))
+    (folder / "log.mat").write_bytes(mat_of([("t", [[t] for t, _, _ in rows]), ("q", [q for _, q, _ in rows]),
+                                             ("tau", [tau for _, _, tau in rows])]))
     twin = folder / "run/external/twin"
     twin.mkdir(parents=True)
     shutil.copy(folder / "run/rollouts/simple_s1_validation_0.h5", twin / "validation_0_0.h5")

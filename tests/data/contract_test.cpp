@@ -426,7 +426,7 @@ TEST_F(Import, ContractMistakes) {
   EXPECT_EQ(
       contract_error(replaced(kContract, "columns = \"q{}\"\n", "")),
       "contract.toml:2: position.columns names 0 columns; allowed: 2, one per joint, or one "
-      "pattern with {}; or none with format = \"...\", one of mcap db3 hdf5 kuka_trace rsi_xml "
+      "pattern with {}; or none with format = \"...\", one of mcap db3 hdf5 mat kuka_trace rsi_xml "
       "rsi_csv ur_csv franka_csv");
   EXPECT_EQ(contract_error(replaced(kContract, "[torque]\n", "[torque]\nkind = \"current\"\n")),
             "contract.toml:5: gear_ratio is missing; torque.kind = \"current\" needs it");

@@ -3,6 +3,7 @@
 
 #include <lz4frame.h>
 #include <sqlite3.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <cmath>
@@ -221,6 +222,64 @@ inline std::string compressed(const std::string& text, const std::string& how) {
   return stored;
 }
 
+/// An element of a MAT-file.
+inline std::string mat_element(std::uint32_t type, const std::string& content) {
+  return ByteWriter()
+      .number(type)
+      .number(static_cast<std::uint32_t>(content.size()))
+      .raw(content)
+      .align(8)
+      .bytes();
+}
+/// An array of a MAT-file: class, dimensions, name, and what a class has beyond that.
+inline std::string mat_array(std::uint32_t of_class, const std::vector<std::int32_t>& sides,
+                             const std::string& name, const std::string& rest) {
+  ByteWriter dimensions;
+  for (const std::int32_t side : sides) dimensions.number(side);
+  return mat_element(
+      14, mat_element(6, ByteWriter().number(of_class).number(std::uint32_t{0}).bytes()) +
+              mat_element(5, dimensions.bytes()) + mat_element(1, name) + rest);
+}
+/// An array of doubles, T x columns.
+inline std::string mat_doubles(const std::string& name, const Eigen::MatrixXd& values) {
+  ByteWriter numbers;
+  for (const double value : values.reshaped()) numbers.number(value);
+  return mat_array(
+      6, {static_cast<std::int32_t>(values.rows()), static_cast<std::int32_t>(values.cols())}, name,
+      mat_element(9, numbers.bytes()));
+}
+/// An array as MATLAB's save -v7 stores it.
+inline std::string mat_compressed(const std::string& array) {
+  uLongf size = compressBound(array.size());
+  std::string stored(size, '\0');
+  compress(reinterpret_cast<Bytef*>(stored.data()), &size,
+           reinterpret_cast<const Bytef*>(array.data()), array.size());
+  return ByteWriter()
+      .number(std::uint32_t{15})
+      .number(static_cast<std::uint32_t>(size))
+      .raw(stored.substr(0, size))
+      .bytes();
+}
+inline std::string mat_file(const std::string& elements) {
+  std::string header = "MATLAB 5.0 MAT-file, by hand";
+  header.resize(124, ' ');
+  return header + std::string("\0\1IM", 4) + elements;
+}
+
+/// @param compress  by zlib, as save -v7
+inline LogSample mat_sample(const Recording& r, bool compress) {
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(r.length(), 0, 0.004 * (r.length() - 1));
+  std::string elements;
+  for (const std::string& array : {mat_doubles("t", t), mat_doubles("q", r.q),
+                                   mat_doubles("dq", r.v), mat_doubles("tau", r.tau)})
+    elements += compress ? mat_compressed(array) : array;
+  return {"mat",
+          {{"log.mat", mat_file(elements)}},
+          std::string(kJoints) +
+              "format = \"mat\"\n[velocity]\ncolumns = \"dq{}\"\n[torque]\ncolumns = "
+              "\"tau{}\"\n"};
+}
+
 /// sensor_msgs/msg/JointState as CDR.
 struct JointStateSample {
   long long nanosec;  ///< after the first message's second
@@ -381,7 +440,8 @@ inline std::vector<LogSample> log_samples(int length) {
   const Recording r(length);
   return {csv_sample(r),          german_csv_sample(r),  rsi_xml_sample(r),    rsi_csv_sample(r),
           kuka_trace_sample(r),   ur_csv_sample(r),      franka_csv_sample(r), mcap_sample(r),
-          mcap_sample(r, "zstd"), mcap_sample(r, "lz4"), db3_sample(r)};
+          mcap_sample(r, "zstd"), mcap_sample(r, "lz4"), db3_sample(r),        mat_sample(r, false),
+          mat_sample(r, true)};
 }
 
 }  // namespace fricid::data

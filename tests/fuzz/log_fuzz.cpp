@@ -8,6 +8,7 @@
 #include "fricid/base/error.hpp"
 #include "logs/csv.hpp"
 #include "logs/kuka_trace.hpp"
+#include "logs/mat.hpp"
 #include "logs/mcap.hpp"
 #include "logs/rsi.hpp"
 
@@ -18,10 +19,10 @@ using namespace fricid::data;
 // Reads the columns that the file itself names.
 void read(std::uint8_t format, std::string_view bytes) {
   const std::string file = "fuzz";
-  switch (format % 5) {
+  switch (format % 6) {
     case 0:
     case 1: {
-      const LogStyle style{.separator = '\0', .decimal_comma = format % 5 == 1};
+      const LogStyle style{.separator = '\0', .decimal_comma = format % 6 == 1};
       parse_csv(bytes, file, csv_names(bytes, file, style), style);
       break;
     }
@@ -37,6 +38,9 @@ void read(std::uint8_t format, std::string_view bytes) {
         trace_values(channel, channels, bytes.substr(header.size()));
       break;
     }
+    case 4:
+      mat_arrays(bytes, file);
+      break;
     default:
       parse_mcap(bytes, file, mcap_names(bytes, file, {}), {});
   }

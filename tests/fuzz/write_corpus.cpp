@@ -36,7 +36,8 @@ void write_logs() {
     const bool german = sample.format == "german_csv";
     const char format = sample.format == "rsi_xml"      ? 2
                         : sample.format == "kuka_trace" ? 3
-                        : sample.format == "mcap"       ? 4
+                        : sample.format == "mat"        ? 4
+                        : sample.format == "mcap"       ? 5
                                                         : static_cast<char>(german ? 1 : 0);
     std::string content = sample.files[0].second;
     if (format == 3) content += sample.files[1].second;

@@ -178,7 +178,7 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
   require_memory_for(table, found, name, path_);
-  require_within(limits::kHdf5Columns,
+  require_within(limits::kColumns,
                  static_cast<std::uint64_t>(std::min(found.rows, found.columns)), path_);
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
@@ -245,7 +245,7 @@ std::vector<double> H5Reader::numbers_attribute(const std::string& name) const {
 std::vector<std::string> H5Reader::names() const {
   const Session session;
   H5G_info_t group{};
-  if (H5Gget_info(file_, &group) >= 0) require_within(limits::kHdf5Tables, group.nlinks, path_);
+  if (H5Gget_info(file_, &group) >= 0) require_within(limits::kTables, group.nlinks, path_);
   std::vector<std::string> names;
   H5Literate(
       file_, H5_INDEX_NAME, H5_ITER_INC, nullptr,
@@ -273,7 +273,7 @@ void print_tables(const H5Reader& file, const std::function<void(const std::stri
   for (const std::string& name : file.names()) {
     RowMatrix table = file.matrix(name);
     if (table.cols() == 0) continue;
-    require_within(limits::kHdf5Columns, columns += static_cast<std::uint64_t>(table.cols()),
+    require_within(limits::kColumns, columns += static_cast<std::uint64_t>(table.cols()),
                    file.path());
     if (!tables.empty() && table.rows() != tables[0].rows())
       throw UserError("{}: table {} has {} rows; allowed beside the first: {}", file.path(), name,

@@ -82,7 +82,7 @@ void read_all(const std::string& path) {
         } catch (const std::exception&) {
           return 0;  // no reader takes this object
         }
-        return ++of.objects > limits::kHdf5Tables.most ? 1 : 0;
+        return ++of.objects > limits::kTables.most ? 1 : 0;
       },
       &visit, H5O_INFO_BASIC);
 }

@@ -17,9 +17,9 @@ namespace fricid::doctor {
 namespace {
 
 constexpr double kBothWays = 0.05;  // share of the sliding in the rarer direction
-// What a hypothesis gains by chance in the few seconds in which a joint slides: of one joint, and
-// of each under another gravity [s].
-constexpr double kChance = 4, kChanceOfMount = 2;
+// What a hypothesis gains by chance in the few seconds in which a joint slides: of one joint, of the
+// best of the many couplings that no file has, and of each joint under another gravity [s].
+constexpr double kChance = 4, kChanceOfCoupling = 6, kChanceOfMount = 2;
 constexpr double kUnderstood = 0.3;  // mean share unexplained where another mount is believed
 constexpr double kWorseOfAll = 1.6;  // log of the factor by which one joint may become worse where
                                      // all are concerned
@@ -285,7 +285,7 @@ Account account_for(const data::Dataset& d, const dynamics::RobotModel* robot, c
     const double mistakes = h.reversed ? d.n()
                             : chosen   ? kOfCoupling
                                        : std::max(1.0, static_cast<double>(h.axes.size()));
-    return kBelief * mistakes + kChance / seconds;
+    return kBelief * mistakes + (chosen ? kChanceOfCoupling : kChance) / seconds;
   };
   const auto may_be_centres = [&](const Hypothesis& h, const std::vector<Explained>& after) {
     return std::ranges::any_of(h.joints(), [&](int j) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "fricid/base/error.hpp"
 
@@ -31,9 +32,13 @@ class Bytes {
     const std::string_view bytes = take(sizeof(T));
     for (std::size_t i = sizeof(T); i-- > 0;)
       bits = bits << 8 | static_cast<unsigned char>(bytes[i]);
-    return static_cast<T>(bits);
+    if constexpr (std::is_same_v<T, float>)
+      return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+    else if constexpr (std::is_same_v<T, double>)
+      return std::bit_cast<double>(bits);
+    else
+      return static_cast<T>(bits);
   }
-  double real() { return std::bit_cast<double>(number<std::uint64_t>()); }
   std::string text() { return std::string(take(number<std::uint32_t>())); }
   /// CDR: values lie at multiples of their size, counted from behind the four bytes of its header.
   void align(std::size_t size) {

@@ -1,6 +1,7 @@
 #include "compression.hpp"
 
 #include <lz4frame.h>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 
 #include "columns.hpp"
 #include "fricid/base/error.hpp"
+#include "fricid/base/limits.hpp"
 
 namespace fricid::data {
 namespace {
@@ -61,6 +63,32 @@ std::string decompressed(std::string_view bytes, std::uint64_t size, const std::
   std::string text = compression == "zstd" ? from_zstd(bytes, wanted) : from_lz4(bytes, wanted);
   if (text.size() != wanted)
     throw UserError("{}: damaged: a chunk gives {} of {} bytes", file, text.size(), wanted);
+  return text;
+}
+
+std::string inflated(std::string_view bytes, const std::string& file) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) throw UserError("{}: zlib has no memory", file);
+  const std::unique_ptr<z_stream, decltype(&inflateEnd)> owner(&stream, inflateEnd);
+  std::string text;
+  int state = Z_OK;
+  while (state == Z_OK) {
+    const std::size_t begin = text.size();
+    require_memory(2.0 * static_cast<double>(begin + kPiece), file, "a compressed array");
+    text.resize(begin + kPiece);
+    stream.next_out = reinterpret_cast<Bytef*>(text.data() + begin);
+    stream.avail_out = static_cast<uInt>(kPiece);
+    // sizes of zlib are of 32 bits
+    if (stream.avail_in == 0) {
+      const std::size_t piece = std::min(bytes.size(), kPiece);
+      stream.next_in = reinterpret_cast<z_const Bytef*>(const_cast<char*>(bytes.data()));  // NOLINT
+      stream.avail_in = static_cast<uInt>(piece);
+      bytes.remove_prefix(piece);
+    }
+    state = inflate(&stream, Z_NO_FLUSH);
+    text.resize(begin + kPiece - stream.avail_out);
+  }
+  if (state != Z_STREAM_END) throw UserError("{}: damaged: a compressed array", file);
   return text;
 }
 

@@ -13,4 +13,8 @@ namespace fricid::data {
 std::string decompressed(std::string_view bytes, std::uint64_t size, const std::string& compression,
                          const std::string& file);
 
+/// All that zlib made a stretch of. @throws UserError for damage, which its checksum tells, or more
+/// than the memory takes
+std::string inflated(std::string_view bytes, const std::string& file);
+
 }  // namespace fricid::data

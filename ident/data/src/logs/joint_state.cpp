@@ -28,7 +28,7 @@ std::vector<double> cdr_numbers(Bytes& cdr) {
   cdr.align(8);
   const std::string inside = "an array";
   Bytes body(cdr.take(std::uint64_t{8} * count), inside);
-  for (std::uint32_t i = 0; i < count; ++i) values.push_back(body.real());
+  for (std::uint32_t i = 0; i < count; ++i) values.push_back(body.number<double>());
   return values;
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <fstream>
 #include <optional>
 
@@ -14,6 +15,7 @@
 #include "fricid/data/hdf5.hpp"
 #include "fricid/data/log_reader.hpp"
 #include "kuka_trace.hpp"
+#include "mat.hpp"
 #include "mcap.hpp"
 #include "ros_bag.hpp"
 #include "rsi.hpp"
@@ -33,12 +35,63 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
+// Named tables of numbers of a file.
+template <class File>
+concept TableFile = requires(const File& file, const std::string& table) {
+  { file.path() } -> std::convertible_to<std::string>;
+  { file.names() } -> std::same_as<Names>;
+  { file.shape(table) } -> std::same_as<TableShape>;  // 0 x 0: no numbers
+  { file.matrix(table) } -> std::same_as<RowMatrix>;
+};
+
+// A MAT-file of version 5 as tables.
+class MatFile {
+ public:
+  explicit MatFile(const fs::path& path)
+      : path_(path.string()), arrays_(mat_arrays(read_recording(path), path_)) {}
+
+  const std::string& path() const { return path_; }
+  Names names() const {
+    Names names;
+    for (const MatArray& array : arrays_) names.push_back(array.name);
+    return names;
+  }
+  TableShape shape(const std::string& table) const {
+    const MatArray& array = of(table);
+    return {array.rows, array.columns};
+  }
+  RowMatrix matrix(const std::string& table) const {
+    const MatArray& array = of(table);
+    return Eigen::Map<const Eigen::MatrixXd>(array.values.data(), array.rows, array.columns);
+  }
+
+ private:
+  const MatArray& of(const std::string& table) const {
+    return *std::ranges::find(arrays_, table, &MatArray::name);
+  }
+
+  std::string path_;
+  std::vector<MatArray> arrays_;
+};
+
+// What a file may hold beside tables of numbers, and which ones are read, in words.
+struct TableWords {
+  std::string_view others, read;
+};
+TableWords words_of(const H5Reader&) {
+  return {"a group, a table of records, or empty", "tables of numbers at the top of the file"};
+}
+TableWords words_of(const MatFile&) {
+  return {"a text, a cell, an object, complex, or empty", "arrays of real numbers"};
+}
+
 // Tables as they lie in a file, or the other way round, as MATLAB stores them: rows are samples. A
 // vector may lie either way; a matrix is turned if only its other side is as long as the longest
 // vector.
+template <TableFile File>
 class Tables {
  public:
-  explicit Tables(const H5Reader& file) : file_(file) {
+  explicit Tables(const File& file) : file_(file) {
     for (const std::string& table : file.names()) {
       const TableShape shape = file.shape(table);
       if (std::min(shape.rows, shape.columns) == 1)
@@ -60,42 +113,38 @@ class Tables {
     return shape.rows != longest_ && shape.columns == longest_;
   }
 
-  const H5Reader& file_;
+  const File& file_;
   std::int64_t longest_ = 0;  // vector; 0: none
 };
 
-Names columns_of(const H5Reader& file, const Tables& tables) {
+template <TableFile File>
+Names columns_of(const File& file, const Tables<File>& tables) {
   Names names;
   for (const std::string& table : file.names()) {
     const std::int64_t columns = tables.columns(table);
-    require_within(limits::kHdf5Columns, names.size() + static_cast<std::uint64_t>(columns),
+    require_within(limits::kColumns, names.size() + static_cast<std::uint64_t>(columns),
                    file.path());
     for (std::int64_t j = 0; j < columns; ++j) names.push_back(column_name(table, columns, j));
   }
   return names;
 }
 
-Names hdf5_names(const fs::path& path, const LogStyle&) {
-  const H5Reader file(path, "");
-  return columns_of(file, Tables(file));
-}
-
 /// "t, q1, q2, and log (a group, a table of records, or empty)": columns, and what has none.
-std::string tables_in_words(const H5Reader& file, const Names& columns) {
+template <TableFile File>
+std::string tables_in_words(const File& file, const Names& columns) {
   Names others;
   for (const std::string& table : file.names())
     if (const TableShape shape = file.shape(table); shape.rows == 0 && shape.columns == 0)
       others.push_back(table);
   std::string words = columns.empty() ? "no column" : fmt::format("{}", fmt::join(columns, ", "));
   if (!others.empty())
-    words +=
-        fmt::format(", and {} (a group, a table of records, or empty)", fmt::join(others, ", "));
+    words += fmt::format(", and {} ({})", fmt::join(others, ", "), words_of(file).others);
   return words;
 }
 
-LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
-  const H5Reader file(path, "");
-  const Tables tables(file);
+template <TableFile File>
+LogTable read_tables(const File& file, const Names& wanted) {
+  const Tables<File> tables(file);
   LogTable log;
   log.columns.resize(wanted.size());
   for (const std::string& table : file.names()) {
@@ -115,14 +164,29 @@ LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
   for (const std::string& name : wanted)
     if (std::ranges::none_of(
             found, [&](const std::string& known) { return lower_case(known) == lower_case(name); }))
-      throw UserError(
-          "{}: {} is missing; found {}; allowed: tables of numbers at the top of the file",
-          path.string(), name, tables_in_words(file, found));
+      throw UserError("{}: {} is missing; found {}; allowed: {}", file.path(), name,
+                      tables_in_words(file, found), words_of(file).read);
   for (std::size_t i = 1; i < wanted.size(); ++i)
     if (log.columns[i].size() != log.columns[0].size())
-      throw UserError("{}: {} has {} rows; allowed: {}, as {}", path.string(), wanted[i],
+      throw UserError("{}: {} has {} rows; allowed: {}, as {}", file.path(), wanted[i],
                       log.columns[i].size(), log.columns[0].size(), wanted[0]);
   return log;
+}
+
+Names hdf5_names(const fs::path& path, const LogStyle&) {
+  const H5Reader file(path, "");
+  return columns_of(file, Tables(file));
+}
+LogTable read_hdf5(const fs::path& path, const Names& wanted, const LogStyle&) {
+  return read_tables(H5Reader(path, ""), wanted);
+}
+
+Names mat_names(const fs::path& path, const LogStyle&) {
+  const MatFile file(path);
+  return columns_of(file, Tables(file));
+}
+LogTable read_mat(const fs::path& path, const Names& wanted, const LogStyle&) {
+  return read_tables(MatFile(path), wanted);
 }
 
 Names names_in_csv(const fs::path& path, const LogStyle& style) {
@@ -169,6 +233,12 @@ const std::array kReaders{
               },
               hdf5_names,
               read_hdf5},
+    LogReader{"mat",
+              "MAT-file of version 5",
+              {.time = "t", .position = "q{}"},
+              [](std::string_view head) { return head.starts_with(kMatMagic); },
+              mat_names,
+              read_mat},
     LogReader{"kuka_trace",
               "KUKA KRC TRACE, .dat beside .r64",
               {.time = "Zeit|Time", .position = "Istposition{}", .position_unit = "motor_deg"},
@@ -229,9 +299,6 @@ const LogReader& reader_for(const fs::path& path, std::string_view format, int s
   std::string head(kHead, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
-  if (head.starts_with("MATLAB 5.0 MAT-file"))
-    throw UserError("{}: a MAT-file of version 5; allowed: one saved by save(..., '-v7.3')",
-                    path.string());
   const auto reader_of = [&](std::string_view content) -> const LogReader& {
     return *std::ranges::find_if(kReaders, [&](const LogReader& reader) {
       return format == "auto" ? reader.recognises(content) : reader.name == format;

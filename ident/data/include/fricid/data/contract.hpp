@@ -132,7 +132,7 @@ struct Contract {
     archive("joint_names", joint_names,
             required(text("joints of the robot, in the order of columns")));
     archive("format", format,
-            choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|db3|hdf5",
+            choice("auto|csv|rsi_xml|rsi_csv|kuka_trace|ur_csv|franka_csv|mcap|db3|hdf5|mat",
                    "format of the log; unless auto, columns of time and position may be left out "
                    "if the format has its own"));
     archive("topic", topic, text("topic of the joint states in a bag; empty: the only one"));
