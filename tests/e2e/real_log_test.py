@@ -131,5 +131,25 @@ class KinovaGen3(ProgramTest):
             self.assertGreater(r2, 0.7)
 
 
+@unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
+class KukaKr300(ProgramTest):
+    """Ten seconds of training data and a law of the table, gms, that is hard to beat there."""
+
+    def test_the_lvm_is_no_worse_than_gms_on_any_axis(self):
+        scene = (SOURCE / "scenes/kuka_kr300.toml").read_text()
+        head, models = scene.split("[[model]]", 1)
+        tail = models[models.index("[evaluate]"):]
+        text = f'{head}[[model]]\nname = "gms"\n[[model]]\nname = "lvm"\n{tail}'
+        (self.folder / "kuka_kr300_contract.toml").write_text((SOURCE / "scenes/kuka_kr300_contract.toml").read_text())
+        out = self.folder / "run"
+        done = fricid("run", self.write("kuka_kr300.toml", text), "-o", out, "--no-video", environment=NO_PLOTS)
+        self.assertLessEqual(done.returncode, 1, done.stderr)
+        models = {model["name"]: model["torque"] for model in load(out / "evaluation.json")["models"]}
+        self.assertEqual(len(models["lvm"]), 2)
+        for of_gms, of_lvm in zip(models["gms"], models["lvm"]):
+            for axis, (gms, lvm) in enumerate(zip(of_gms["r2"], of_lvm["r2"])):
+                self.assertGreater(lvm, gms - 0.002, f"axis {axis + 1}")
+
+
 if __name__ == "__main__":
     unittest.main()
