@@ -193,8 +193,8 @@ TEST_F(Hdf5Limits, ColumnsWithoutRowsTakeNoTime) {
     return message_of([&] { print_tables(H5Reader(path("b.h5"), ""), [](const auto&) {}); });
   };
   const auto refused = [](hsize_t columns) {
-    return fmt::format("b.h5: {} columns in all tables of an HDF5 or MAT file; allowed: up to 100000",
-                       columns);
+    return fmt::format(
+        "b.h5: {} columns in all tables of an HDF5 or MAT file; allowed: up to 100000", columns);
   };
   EXPECT_EQ(printed(hsize_t{1} << 40, 1), refused(hsize_t{1} << 40));
   EXPECT_EQ(printed(60'000, 2), refused(120'000));

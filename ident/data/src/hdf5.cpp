@@ -178,8 +178,8 @@ RowMatrix H5Reader::matrix(const std::string& name, int columns) const {
   if (columns >= 0 && found.columns != columns)
     throw UserError("{}: /{} has {} columns; allowed: {}", path_, name, found.columns, columns);
   require_memory_for(table, found, name, path_);
-  require_within(limits::kColumns,
-                 static_cast<std::uint64_t>(std::min(found.rows, found.columns)), path_);
+  require_within(limits::kColumns, static_cast<std::uint64_t>(std::min(found.rows, found.columns)),
+                 path_);
   RowMatrix values(found.rows, found.columns);
   if (values.size() > 0 &&
       H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)

@@ -17,8 +17,8 @@ namespace fricid::doctor {
 namespace {
 
 constexpr double kBothWays = 0.05;  // share of the sliding in the rarer direction
-// What a hypothesis gains by chance in the few seconds in which a joint slides: of one joint, of the
-// best of the many couplings that no file has, and of each joint under another gravity [s].
+// What a hypothesis gains by chance in the few seconds in which a joint slides: of one joint, of
+// the best of the many couplings that no file has, and of each joint under another gravity [s].
 constexpr double kChance = 4, kChanceOfCoupling = 6, kChanceOfMount = 2;
 constexpr double kUnderstood = 0.3;  // mean share unexplained where another mount is believed
 constexpr double kWorseOfAll = 1.6;  // log of the factor by which one joint may become worse where
