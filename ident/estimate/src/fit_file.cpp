@@ -214,6 +214,12 @@ data::FitFile fit_file(const FitReport& report) {
          "others; a spring passes for mass, and inertia and gravity then disagree",
          "state what the arm carries: payload_kg of [robot], springs as "
          "[[robot.torque]]"});
+  if (report.frictionless)
+    remarks.push_back({"no joint shows friction",
+                       "no gear is without: this is a torque that a model or a controller computed "
+                       "from the motion (feed-forward, commanded, inverse dynamics), or that of a "
+                       "simulated arm without friction",
+                       "log the measured torque, or the current of the motors"});
   if (report.disturbances)
     remarks.push_back({report.disturbances->found,
                        "a push, a collision or a cable that catches is no friction, and pulls what "

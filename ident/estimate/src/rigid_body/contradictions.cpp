@@ -7,12 +7,15 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "fricid/base/eigen_instances.hpp"
+#include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/mount.hpp"
 #include "fricid/system/transmission.hpp"
 #include "rigid_body/changes.hpp"
 #include "rigid_body/contradicting_logs.hpp"
+#include "rigid_body/frames.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/joint_rows.hpp"
 #include "rigid_body/reweight.hpp"
@@ -32,6 +35,7 @@ constexpr int kPasses = 3;           // of friction that grows with the load of 
 // that the linear regression has not lets springs and factors gain up to 1.8.
 constexpr double kGain = 2.5;
 constexpr double kLeast = 0.03, kCertain = 4;  // distance of a factor from 1: [1], standard errors
+constexpr double kOfFrames = 1;  // gain that placements of joints, of many values, must have beyond
 
 int middle_of(const Eigen::VectorXd& x) {
   std::vector<int> order(static_cast<std::size_t>(x.size()));
@@ -116,6 +120,36 @@ Fault fault_of(const Tilt& tilt) {
           fmt::format("gravity points {:.3g} +- {:.1g} rad from where the mount puts it",
                       tilt.angle, tilt.standard_error),
           fmt::format("in [robot] {}, or level the base", dynamics::mount_in_words(tilt.gravity))};
+}
+
+std::vector<Fault> faults_of(const MovedFrames& frames, const dynamics::RobotModel& robot) {
+  const std::string times =
+      fmt::format("{:.3g} times less of each joint unexplained", std::exp(frames.gain / robot.n()));
+  const auto vector = [](const Eigen::Vector3d& x) {
+    return fmt::format("({:.3f} {:.3f} {:.3f})", x[0], x[1], x[2]);
+  };
+  std::vector<Fault> faults;
+  for (const MovedFrame& moved : frames.joints) {
+    const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(moved.joint)];
+    if (moved.zero != 0) {
+      faults.push_back(
+          {joint.name,
+           fmt::format("its zero lies {:.3g} {} from that of the robot's file: {}", moved.zero,
+                       unit_of_joint("rad", slides(joint)), times),
+           "mend its <origin> in the URDF, or offset_rad of [position] in the contract"});
+      continue;
+    }
+    std::vector<std::string> where;
+    if (!moved.by.isZero())
+      where.push_back(fmt::format("by {} m in the frame of its parent", vector(moved.by)));
+    if (!moved.turn.isZero())
+      where.push_back(fmt::format("turned by {} rad about its own", vector(moved.turn)));
+    faults.push_back({joint.name,
+                      fmt::format("its axis lies elsewhere than in the robot's file, {}: {}",
+                                  fmt::join(where, ", "), times),
+                      "mend <origin> and <axis> in the URDF, or take that of this arm"});
+  }
+  return faults;
 }
 
 /// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
@@ -287,13 +321,23 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   faults = find_undriven(robot, recordings, options, fit);
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
+  const Solution plain = solve(all, all.plain);
+  const auto scales_of = [&] { return find_torque_scales(all, plain); };
+  const auto springs_of = [&] { return find_springs(all, plain.sigma); };
+  const auto tilt_of = [&] { return find_tilt(robot, all, recordings, options); };
+  // another geometry makes logs of other poses differ
+  if (const MovedFrames frames = find_moved_frames(robot, all, recordings, options);
+      !frames.joints.empty()) {
+    const std::optional<Tilt> tilt = tilt_of();
+    const double others = std::max({springs_of().gain, scales_of().gain, tilt ? tilt->gain : 0});
+    if (frames.gain > others + kOfFrames) return faults_of(frames, robot);
+  }
   faults = find_differences(robot, all, recordings, options);
   if (!faults.empty()) return faults;
-  const Solution plain = solve(all, all.plain);
-  const TorqueScales scales = find_torque_scales(all, plain);
-  const Springs springs = find_springs(all, plain.sigma);
+  const TorqueScales scales = scales_of();
+  const Springs springs = springs_of();
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
-  const std::optional<Tilt> tilt = find_tilt(robot, all, recordings, options);
+  const std::optional<Tilt> tilt = tilt_of();
   if (tilt && tilt->gain > std::max(springs.gain, scales.gain)) {
     faults.push_back(fault_of(*tilt));
   } else if (springs.gain > scales.gain) {

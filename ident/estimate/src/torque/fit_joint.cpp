@@ -46,6 +46,32 @@ void take_base_of(const ArmErrors& errors, const dynamics::RobotModel& robot, Ri
   fit.base_se = (fit.base_of_pi * errors.root.topRows(robot.pi.size())).rowwise().norm();
 }
 
+/// A law that knows no load, where friction grows with it: errors contain what the load moves in
+/// the regression, see `widen_errors`.
+void add_error_of_load(const Prepared& prepared, const Arm& arm, ArmErrors& errors,
+                       RigidBodyFit& fit) {
+  const friction::RobotFriction& model = arm.friction.model;
+  if (!prepared.under_load || model.reads_load() || errors.root.size() == 0) return;
+  const RigidBodyFit &with = *prepared.under_load, &without = prepared.rigid_body;
+  if (with.base.size() == fit.base_se.size())
+    fit.base_se =
+        (fit.base_se.array().square() + (without.base - with.base).array().square()).sqrt();
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(errors.root.rows(), arm.robot.n());
+  const auto move = [&](int joint, friction::Role role, double by) {
+    if (const int p = friction::find_parameter(model, joint, role); p >= 0)
+      moved(arm.robot.pi.size() + p, joint) = by;
+  };
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    move(j, friction::Role::kCoulomb, with.Fc[j] - without.Fc[j]);
+    move(j, friction::Role::kViscous, with.Fv[j] - without.Fv[j]);
+  }
+  const Eigen::Index before = errors.before_motion;
+  Eigen::MatrixXd root(errors.root.rows(), errors.root.cols() + moved.cols());
+  root << errors.root.leftCols(before), moved, errors.root.rightCols(errors.root.cols() - before);
+  errors.root = std::move(root);
+  errors.before_motion += moved.cols();
+}
+
 /// The arm of the method conventional, if it has a result.
 std::optional<Arm> arm_of(ConventionalFits& fits, const char* law, int seed, int jobs) {
   ModelOptions config;
@@ -315,6 +341,7 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
   report.without = cross_fits(fits, best.arm);
   report.errors = fits.errors_of(best.arm, kDraws, static_cast<std::uint64_t>(seed));
   take_base_of(report.errors, best.arm.robot, report.rigid_body);
+  add_error_of_load(prepared, best.arm, report.errors, report.rigid_body);
   report.waves = fits.waves_of(best.arm);
   report.spots = fits.spots_of(best.arm);
   report.bends = fits.bends_of(strongest_law(found, best));

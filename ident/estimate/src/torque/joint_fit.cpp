@@ -29,6 +29,10 @@ constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d loa
 constexpr int kMostCuts = 3;
 constexpr int kMostLoads = 6;            // passes
 constexpr double kPromisingCable = 0.1;  // gain on the training rows
+// A Stribeck curve in the memory beside another Stribeck torque: its speed over that of the other
+// at a start, and what it is where it says nothing.
+constexpr double kNarrower = 0.3, kWide = 0.5;  // vs over that of the other
+constexpr double kDead = 1.05, kRisen = 1.2;    // Fs over Fc
 
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
@@ -387,9 +391,12 @@ std::vector<Limit> JointFits::load_limits(const Arm& arm, double most, double ai
   return limits;
 }
 
-ArmTorqueFit JointFits::on_torque(const Arm& start, Rows rows, bool find_ripples,
+ArmTorqueFit JointFits::on_torque(const Arm& given, Rows rows, bool find_ripples,
                                   double smallest_gain) const {
-  ArmTorqueOptions options = torque_options(start);
+  ArmTorqueOptions options = torque_options(given);
+  Arm start = given;
+  for (const Limit& limit : options.coordinates.limits)  // what another arm had of it goes
+    if (limit.lower == limit.upper) start.friction.theta[limit.parameter] = limit.lower;
   options.find_ripples = find_ripples;
   options.smallest_gain = smallest_gain;
   // parts are compared without the pull: banks of springs stand for other memories by Fs < Fc
@@ -532,26 +539,72 @@ Arm with_viscous_friction(const Arm& from, Arm to) {
   return to;
 }
 
-Arm with_stribeck_beside(Arm arm) {
+namespace {
+
+/// The Stribeck curve of a joint's memory and the Stribeck torque beside it, in theta.
+struct TwoCurves {
+  double &Fc, &Fs, &vs, &Ts_beside, &vs_beside;
+  const friction::ParameterInfo& of_vs;
+};
+std::optional<TwoCurves> two_curves(Arm& arm, int joint) {
   using enum friction::Role;
-  for (int j = 0; j < arm.robot.n(); ++j) {
-    const auto at = [&](int p) -> double& {
-      return arm.friction.theta[static_cast<std::size_t>(p)];
-    };
-    const auto beside = [&](const char* symbol) {
-      return friction::find_parameter(arm.friction.model, j, friction::StribeckPeak::kName, symbol);
-    };
-    if (beside("Ts") < 0) continue;
-    const auto in_memory = [&](friction::Role role) {
-      return friction::find_parameter(arm.friction.model, j, role);
-    };
-    const double Fc = at(in_memory(kCoulomb));
-    double& Fs = at(in_memory(kStatic));
-    at(beside("Ts")) = std::max(at(beside("Ts")), Fs - Fc);
-    at(beside("vs")) = at(in_memory(kStribeckVelocity));
-    Fs = Fc;
-  }
+  const friction::RobotFriction& model = arm.friction.model;
+  const auto at = [&](int p) -> double& { return arm.friction.theta[static_cast<std::size_t>(p)]; };
+  const auto beside = [&](const char* symbol) {
+    return friction::find_parameter(model, joint, friction::StribeckPeak::kName, symbol);
+  };
+  if (beside("Ts") < 0) return std::nullopt;
+  const int vs = friction::find_parameter(model, joint, kStribeckVelocity);
+  return TwoCurves{at(friction::find_parameter(model, joint, kCoulomb)),
+                   at(friction::find_parameter(model, joint, kStatic)),
+                   at(vs),
+                   at(beside("Ts")),
+                   at(beside("vs")),
+                   model.parameters()[static_cast<std::size_t>(vs)].info};
+}
+
+double narrower(double vs, const friction::ParameterInfo& info) {
+  return std::clamp(kNarrower * vs, info.lower, std::max(info.lower, info.typical));
+}
+
+}  // namespace
+
+Arm with_stribeck_beside(Arm arm) {
+  for (int j = 0; j < arm.robot.n(); ++j)
+    if (const std::optional<TwoCurves> curves = two_curves(arm, j)) {
+      curves->Ts_beside = std::max(curves->Ts_beside, curves->Fs - curves->Fc);
+      curves->vs_beside = curves->vs;
+      curves->Fs = curves->Fc;
+    }
   return arm;
+}
+
+std::optional<Arm> with_curves_in_memories(Arm arm) {
+  bool any = false;
+  for (int j = 0; j < arm.robot.n(); ++j)
+    if (const std::optional<TwoCurves> curves = two_curves(arm, j);
+        curves && (curves->Fs < kDead * curves->Fc || curves->vs > kWide * curves->vs_beside)) {
+      any = true;
+      curves->vs = narrower(curves->vs_beside, curves->of_vs);
+      curves->Fs = std::max(curves->Fs, kRisen * curves->Fc);
+    }
+  return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
+}
+
+Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first) {
+  std::vector<friction::JointSpec> specs;
+  Arm out = first;
+  out.friction.theta.clear();
+  for (std::size_t j = 0; j < of_joint.size(); ++j) {
+    const friction::Friction& from = of_joint[j]->friction;
+    const int joint = static_cast<int>(j);
+    specs.push_back(from.model.joints()[j]);
+    out.friction.theta.insert(out.friction.theta.end(),
+                              from.theta.begin() + from.model.parameter_begin(joint),
+                              from.theta.begin() + from.model.parameter_begin(joint + 1));
+  }
+  out.friction.model = friction::RobotFriction(std::move(specs));
+  return out;
 }
 
 Arm carried_over(const Arm& from, Arm to) {

@@ -46,23 +46,6 @@ std::vector<LvmParts> with_networks(std::vector<LvmParts> parts, const std::vect
   return parts;
 }
 
-/// The friction of each joint from one arm of several, and the rigid body of the first.
-Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first) {
-  std::vector<friction::JointSpec> specs;
-  Arm out = first;
-  out.friction.theta.clear();
-  for (std::size_t j = 0; j < of_joint.size(); ++j) {
-    const friction::Friction& from = of_joint[j]->friction;
-    const int joint = static_cast<int>(j);
-    specs.push_back(from.model.joints()[j]);
-    out.friction.theta.insert(out.friction.theta.end(),
-                              from.theta.begin() + from.model.parameter_begin(joint),
-                              from.theta.begin() + from.model.parameter_begin(joint + 1));
-  }
-  out.friction.model = friction::RobotFriction(std::move(specs));
-  return out;
-}
-
 /// The fits to the training rows; the first has no networks.
 class Trials {
  public:

@@ -177,11 +177,28 @@ class SumChoice {
       Parts with = beside;
       for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
       if (with == parts_) break;
-      const Arm both = fit(with_stribeck_beside(carried_over(bristles_, from_fitted(with))));
+      // a curve that stood for two lies far from both: a start that knows nothing may be nearer
+      const Arm handed_over = with_stribeck_beside(carried_over(bristles_, from_fitted(with)));
+      const Arm both = better_of_each_joint(fit(handed_over), fit(fits_->start(with)));
       take_with_bristles(SumPart::kStribeck, with, both, earns);
       if (parts_ == before) break;
     }
+    // two curves, of which the wide one is found first
+    if (const std::optional<Arm> start = with_curves_in_memories(fitted_))
+      fitted_ = better_of_each_joint(fitted_, fit(*start));
     return std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
+  }
+
+  /// Of two fits with the same parts: `first`, with the friction of `second` in the joints where
+  /// that explains more.
+  Arm better_of_each_joint(const Arm& first, const Arm& second) const {
+    std::vector<const Arm*> of_joint(static_cast<std::size_t>(fits_->n()), &first);
+    for (int j = 0; j < fits_->n(); ++j)
+      if (fits_->compare(second, first, j, SumPart::kStribeck).on)
+        of_joint[static_cast<std::size_t>(j)] = &second;
+    return std::ranges::count(of_joint, &first) == std::ssize(of_joint)
+               ? first
+               : fit(joined(of_joint, first));
   }
 
   /// Further waves over the joint angle, until no joint has one more.

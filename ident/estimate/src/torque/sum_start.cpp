@@ -210,9 +210,9 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const bool held =
         (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p) && !corner) ||
         p.info.role == Role::kTemperature ||
-        (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p)) ||
-        (p.info.role == Role::kViscous && p.law != joint.viscous);
+        (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p));
     if (held) limits.push_back({i, value, value});
+    if (p.info.role == Role::kViscous && p.law != joint.viscous) limits.push_back({i, 0, 0});
     const double scale =
         dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(p.joint)]);
     const auto within = [&](double lower, double upper) {

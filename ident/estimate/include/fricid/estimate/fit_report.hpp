@@ -46,6 +46,7 @@ struct FitReport {
   std::vector<double> resting_rms;   ///< (n) residual of the other rows [N m]
   std::vector<Coupling> couplings;   ///< (n)
   std::vector<std::string> weights;  ///< of joints, other than the file's; see `other_weights`
+  bool frictionless = false;         ///< no joint shows friction
   std::vector<Fault> faults;         ///< why not to trust it, see `faults_of`
   std::optional<Disturbances> disturbances;  ///< none: no time is unlike the others
   double seconds = 0;
