@@ -40,6 +40,13 @@ void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
   }
   for (const std::string& line : doctor::to_lines({&left, 1}, {&log.data, 1}))
     print(line + "\n", stream);
+  if (log.left.empty()) return;
+  print(fmt::format("{}: the repaired log is damaged still; mend the contract by hand, one column "
+                    "after the other:\n",
+                    log.data.name),
+        stream);
+  for (const std::string& line : doctor::to_lines({&log.left, 1}, {&log.data, 1}))
+    print(line + "\n", stream);
 }
 
 std::string path_of(const fs::path& log) { return fs::weakly_canonical(log).string(); }

@@ -4,7 +4,7 @@ import math
 import shutil
 import unittest
 
-from fricid_program import SOURCE, ProgramTest, fricid, load
+from fricid_program import SOURCE, TINY, ProgramTest, fricid, load
 
 CONTRACT = """
 joint_names = ["shoulder", "elbow"]
@@ -86,6 +86,32 @@ class Logs(ProgramTest):
                             "allowed: another folder with -o, or another name")
         (self.folder / "data/a.doctor.json").unlink()
         self.assert_refused(fricid("import", logs[0], *importing), r"would replace .*a\.h5, a file that")
+
+    def test_a_repair_is_examined(self):
+        self.assertEqual(fricid("simulate", TINY, "-o", self.folder / "truth").returncode, 0)
+        rows = [row.split(",") for row in fricid("info", "--csv", self.folder / "truth/data/train_0.h5").stdout.split()]
+        torque = [k for k, name in enumerate(rows[0]) if name.startswith("tau")]
+        contract = self.write("kr6.toml", 'joint_names = ["joint_a1", "joint_a2", "joint_a3", "joint_a4", "joint_a5", '
+                              '"joint_a6"]\n[position]\ncolumns = "q{}"\n[torque]\ncolumns = "tau{}"\n')
+        urdf = SOURCE / "models/kr6_r700/kr6_r700.urdf"
+        right = []
+        for name, moved in (("wrist", [0, 1, 2, 4, 5, 3]), ("all", [1, 2, 3, 4, 5, 0])):
+            wrong = [list(row) for row in rows]
+            for row, given in zip(wrong[1:], rows[1:]):
+                for k, at in zip(torque, moved):
+                    row[k] = given[torque[at]]
+            log = self.write(f"{name}.csv", "\n".join(map(",".join, wrong)) + "\n")
+            done = fricid("import", log, "--contract", contract, "--robot", urdf, "--mount", "ceiling", "--fix", "swapped",
+                          "-o", self.folder / "out")
+            self.assertIn("repaired: swapped", done.stderr)
+            table = [row.split(",") for row in
+                     fricid("info", "--csv", self.folder / f"out/{name}.h5").stdout.split()]
+            mended = all(abs(float(a[table[0].index(f"tau{j}")]) - float(b[rows[0].index(f"tau{j}")])) < 1e-9
+                         for a, b in zip(table[1:], rows[1:]) for j in range(1, 7))
+            self.assertEqual(done.returncode, 0 if mended else 1, done.stderr)
+            self.assertEqual("damaged still" in done.stderr, not mended)
+            right.append(mended)
+        self.assertTrue(right[0])
 
     def test_lost_samples_are_found_and_filled_when_named(self):
         log = self.log("a.csv", lost=range(900, 940))

@@ -144,6 +144,10 @@ Subject read_subject(const fs::path& of_log, const fs::path& contract, const Rob
     say(data::kind_in_words(columns, contract.string()));
     if (subject.robot) settle_torque_timing(subject.sets, *subject.robot, columns.torque, say);
   }
+  // no scene says what a slow log is filtered at
+  double& cutoff_hz = subject.identify.cutoff_hz;
+  if (const double rate_hz = subject.sets.front().rate_hz; 2 * cutoff_hz >= rate_hz && rate_hz > 0)
+    cutoff_hz = rate_hz / 4;
   return subject;
 }
 

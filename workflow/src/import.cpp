@@ -32,7 +32,7 @@ bool ImportedLog::is_repaired(const doctor::Finding& finding) const {
 }
 
 bool ImportedLog::misleads() const {
-  return std::ranges::any_of(findings, [&](const doctor::Finding& finding) {
+  return !left.empty() || std::ranges::any_of(findings, [&](const doctor::Finding& finding) {
     return doctor::misleads(finding) && !is_repaired(finding);
   });
 }
@@ -58,6 +58,13 @@ std::vector<ImportedLog> import_logs(std::span<const fs::path> logs, const data:
       log.data = doctor::repair(std::move(log.data), log.findings, log.fixed);
     } catch (const UserError& error) {
       throw UserError("{}: {}", logs[i].string(), error.what());
+    }
+    if (std::ranges::any_of(log.findings, [&](const doctor::Finding& finding) {
+          return doctor::misleads(finding) && log.is_repaired(finding);
+        })) {
+      log.left = doctor::diagnose(log.data, robot ? &*robot : nullptr);
+      std::erase_if(log.left,
+                    [](const doctor::Finding& finding) { return !doctor::misleads(finding); });
     }
     log.diagnosis = doctor::diagnosis_file(log.findings, log.data);
     log.warnings = judge(log.data, logs[i], contract, fixes.empty());

@@ -27,7 +27,7 @@ constexpr double kWorseOfAll = 1.6;  // log of the factor by which one joint may
 // Any other place of it leaves not much less then; where one leaves less than this share, the place
 // in the file is wrong.
 constexpr double kMirrored = 0.5;
-constexpr int kMistakes = 4;       // found one after the other
+constexpr int kMistakes = 6;       // found one after the other
 constexpr double kOfCoupling = 2;  // mistakes that motors coupled by a factor count as
 constexpr double kFine =
     0.01;  // share unexplained of all joints beyond which no more is looked for

@@ -23,8 +23,9 @@ constexpr std::size_t kFew = 3;  // events
 constexpr double kBeyond = 6;    // times the next event
 constexpr double kWorth = 0.05;  // of the joint's torque, root mean square
 constexpr int kFewestReversals = 10;
-constexpr double kBegin = 0.5;  // [s] of a recording, whose springs are bent nobody knows how
-constexpr double kRest = 0.3;   // [s]
+constexpr double kBegin = 0.5;    // [s] of a recording, whose springs are bent nobody knows how
+constexpr double kRest = 0.3;     // [s]
+constexpr double kLongest = 0.5;  // of a recording: longer is no event, but another motion
 
 /// Mean of the residual of a joint about a time.
 struct Mean {
@@ -117,6 +118,12 @@ std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
     for (std::size_t e = std::min(kFew, std::max<std::size_t>(events.size(), 1) - 1); e > 0; --e) {
       const double times = events[e - 1].size / std::max(events[e].size, 1e-300);
       if (times < kBeyond || events[e - 1].size < worth) continue;
+      if (std::any_of(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(e),
+                      [&](const Mean& event) {
+                        const int length = recordings[event.recording].length();
+                        return event.run.last - event.run.first > kLongest * length;
+                      }))
+        break;
       joints.push_back(fmt::format("{} by {:.2g} {}", robot.joints[i].name, events[0].size,
                                    unit_of_joint("N m", slides(robot.joints[i]))));
       beyond = std::max(beyond, events[0].size / std::max(events[e].size, 1e-300));

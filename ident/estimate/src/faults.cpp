@@ -23,6 +23,7 @@ constexpr double kStill = 5e-3;           // [rad or m] of travel within which f
 constexpr double kChatters = 0.05;        // of the seconds of the recordings
 constexpr double kLeastOfArmature = 0.5;  // inertia over the armature that is stated
 constexpr double kMostOfFile = 5;         // times the robot's file; usual armatures hold within 4
+constexpr double kFaster = 1.5;           // speed over that of the sliding that counts
 constexpr double kSlow = 0.2;             // [rad/s] up to which friction may fall with the speed
 constexpr double kConstant = 1e-9;        // range of a torque, over its size, that is rounding
 
@@ -238,12 +239,20 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
           "friction is not that of a motion that reverses between its samples: mend the "
           "controller, "
           "or leave that time out");
-    if (one_speed)
-      add(fmt::format("slides at one speed, {:.2g} to {:.2g} {}: Coulomb and viscous friction "
+    if (one_speed) {
+      const signals::SpeedRange& range = prepared.rigid_body.speeds[i];
+      const std::string unit = unit_of_joint("rad/s", slides(joint));
+      const bool reverses = seen.speed > kFaster * range.fast;
+      add(fmt::format("slides at one speed{}, {:.2g} to {:.2g} {}: Coulomb and viscous friction "
                       "cannot be told apart",
-                      prepared.rigid_body.speeds[i].slow, prepared.rigid_body.speeds[i].fast,
-                      unit_of_joint("rad/s", slides(joint))),
-          "record other speeds too (`fricid check --design`)");
+                      reverses ? " where it has forgotten its last reversal" : "", range.slow,
+                      range.fast, unit),
+          reverses
+              ? fmt::format("record longer moves at other speeds (`fricid check --design`): the "
+                            "moves at up to {:.2g} {} reverse too often",
+                            seen.speed, unit)
+              : "record other speeds too (`fricid check --design`)");
+    }
     if (Fault fault = fault_of_torque(prepared, report, j, seen); !fault.found.empty())
       faults.push_back(std::move(fault));
     if (i < report.couplings.size() && matters(report.couplings[i], report.r2[i]))

@@ -19,8 +19,11 @@ constexpr double kForgotten =
 ZeroPhaseButterworth::ZeroPhaseButterworth(double cutoff_hz, double rate_hz)
     : rate_hz_(rate_hz), cutoff_hz_(cutoff_hz) {
   if (!(cutoff_hz > 0 && cutoff_hz < rate_hz / 2))
-    throw UserError("cut-off frequency = {} Hz is outside (0, {}) for a log at {} Hz", cutoff_hz,
-                    rate_hz / 2, rate_hz);
+    throw UserError(
+        "identify.cutoff_hz = {:g}; allowed for a log at {:.4g} Hz: above 0 and below {:.4g} Hz, "
+        "as "
+        "{:.2g}",
+        cutoff_hz, rate_hz, rate_hz / 2, rate_hz / 4);
   const double w = std::tan(std::numbers::pi * cutoff_hz / rate_hz);
   warped_cutoff_ = w;
   double slowest = 0;

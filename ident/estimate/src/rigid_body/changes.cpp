@@ -257,6 +257,11 @@ Fault name_change(Change what, const dynamics::Joint& joint, int j, const Piecew
   }
 }
 
+/// Whether friction would push in a piece: something else is fitted there.
+bool pushes(const PiecewiseFit& fit, int j) {
+  return !(1 + fit.theta[extremes_of(Change::kFriction, fit, j).least][j] > 0);
+}
+
 /// The two pieces, one after the other, between which the load changes most.
 Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
                 std::span<const Piece> pieces, std::span<const signals::Recording> recordings) {
@@ -303,7 +308,7 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& st
     found = {what, {}};
     // friction that warms and cools a little is no fault, and no other change stands for it
     if (what == Change::kFriction)
-      std::erase_if(joints, [&](int j) { return !(range_of(fit, j) > kMuch); });
+      std::erase_if(joints, [&](int j) { return !(range_of(fit, j) > kMuch) || pushes(fit, j); });
     if (what == Change::kLoad) {
       found.faults = {name_load(robot, fit, pieces, recordings)};
       continue;
@@ -329,7 +334,7 @@ std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
       compare(Change::kFriction, all, pieces, joined(pieces), solve(all, all.plain));
   std::vector<Fault> faults;
   for (int j = 0; j < all.n(); ++j)
-    if (gain[j] > kShortGain && range_of(fit, j) > kVeryMuch)
+    if (gain[j] > kShortGain && range_of(fit, j) > kVeryMuch && !pushes(fit, j))
       faults.push_back(name_change(Change::kFriction, robot.joints[static_cast<std::size_t>(j)], j,
                                    fit, pieces, recordings, false));
   return faults;

@@ -20,8 +20,11 @@ struct ImportedLog {
   data::Dataset data;                      ///< what is asked for mended
   std::vector<doctor::Finding> findings;   ///< of the log as it stands
   std::vector<doctor::FindingKind> fixed;  ///< kinds that were asked to be mended
-  std::vector<std::string> warnings;       ///< of `data::check_dataset`
-  data::DiagnosisFile diagnosis;           ///< with what was mended
+  /// What misleads in the mended log where something that does was mended: of several mistakes that
+  /// hide each other one repair may make another.
+  std::vector<doctor::Finding> left;
+  std::vector<std::string> warnings;  ///< of `data::check_dataset`
+  data::DiagnosisFile diagnosis;      ///< with what was mended
 
   bool is_repaired(const doctor::Finding& finding) const;
   /// Whether a fit to the repaired log would be wrong.
