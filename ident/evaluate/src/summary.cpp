@@ -37,10 +37,11 @@ std::vector<double> independent_means(const Seeds& seeds, std::size_t h) {
   return means;
 }
 
-/// Share of the true friction's RMS, mean over joints.
+/// Share of the true friction's RMS, mean over the joints that have friction.
 double share(const std::vector<double>& rmse, const std::vector<double>& rms) {
   std::vector<double> shares;
-  for (std::size_t j = 0; j < rmse.size(); ++j) shares.push_back(rmse[j] / rms[j]);
+  for (std::size_t j = 0; j < rmse.size(); ++j)
+    shares.push_back(rms[j] > 0 ? rmse[j] / rms[j] : kNan);
   return mean(shares);
 }
 
