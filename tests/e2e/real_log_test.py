@@ -92,18 +92,22 @@ class RealLog(ProgramTest):
         self.assert_refused(self.run_scene(), r"train\.csv", self.out / "manifest.json")
 
 
+class PublicLog(ProgramTest):
+    def scene_with(self, name, models):
+        """A copy of a scene of scenes/ with these models alone."""
+        head, others = (SOURCE / f"scenes/{name}.toml").read_text().split("[[model]]", 1)
+        (self.folder / f"{name}_contract.toml").write_text((SOURCE / f"scenes/{name}_contract.toml").read_text())
+        tables = "".join(f'[[model]]\nname = "{model}"\n' for model in models)
+        return self.write(f"{name}.toml", head + tables + others[others.index("[evaluate]"):])
+
+
 @unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
-class Ur10(ProgramTest):
+class Ur10(PublicLog):
     """A real arm whose wrist shows no inertia in its torque: held, said, and no rollout falls."""
 
     def test_rollouts_stay_on_a_log_that_lies_about_inertia(self):
-        scene = (SOURCE / "scenes/ur10.toml").read_text()
-        head, models = scene.split("[[model]]", 1)
-        tail = models[models.index("[evaluate]"):]
-        text = f'{head}[[model]]\nname = "simple"\n[[model]]\nname = "lugre"\n{tail}'
-        (self.folder / "ur10_contract.toml").write_text((SOURCE / "scenes/ur10_contract.toml").read_text())
         out = self.folder / "run"
-        done = fricid("run", self.write("ur10.toml", text), "-o", out)
+        done = fricid("run", self.scene_with("ur10", ["simple", "lugre"]), "-o", out)
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in ("simple", "lugre"):
             held = load(out / f"fit/{name}_s1.json")["rigid_body"]["held_armatures"]
@@ -114,16 +118,12 @@ class Ur10(ProgramTest):
 
 
 @unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
-class KinovaGen3(ProgramTest):
+class KinovaGen3(PublicLog):
     """Seven joints, some of which turn without end, in six short motions of which four move one joint alone."""
 
     def test_another_motion_is_predicted(self):
-        scene = (SOURCE / "scenes/kinova_gen3.toml").read_text()
-        head, models = scene.split("[[model]]", 1)
-        text = f'{head}[[model]]\nname = "simple"\n{models[models.index("[evaluate]"):]}'
-        (self.folder / "kinova_gen3_contract.toml").write_text((SOURCE / "scenes/kinova_gen3_contract.toml").read_text())
         out = self.folder / "run"
-        done = fricid("run", self.write("kinova_gen3.toml", text), "-o", out, "--no-video", environment=NO_PLOTS)
+        done = fricid("run", self.scene_with("kinova_gen3", ["simple"]), "-o", out, "--no-video", environment=NO_PLOTS)
         self.assertLessEqual(done.returncode, 1, done.stderr)  # 1: of a motion of one joint the others are doubted
         evaluation = load(out / "evaluation.json")
         self.assertEqual(evaluation["summary"][0]["diverged"], 0)
@@ -132,17 +132,13 @@ class KinovaGen3(ProgramTest):
 
 
 @unittest.skipUnless(LOGS, "FRICID_REALLOGS is not set")
-class KukaKr300(ProgramTest):
+class KukaKr300(PublicLog):
     """Ten seconds of training data and a law of the table, gms, that is hard to beat there."""
 
     def test_the_lvm_is_no_worse_than_gms_on_any_axis(self):
-        scene = (SOURCE / "scenes/kuka_kr300.toml").read_text()
-        head, models = scene.split("[[model]]", 1)
-        tail = models[models.index("[evaluate]"):]
-        text = f'{head}[[model]]\nname = "gms"\n[[model]]\nname = "lvm"\n{tail}'
-        (self.folder / "kuka_kr300_contract.toml").write_text((SOURCE / "scenes/kuka_kr300_contract.toml").read_text())
         out = self.folder / "run"
-        done = fricid("run", self.write("kuka_kr300.toml", text), "-o", out, "--no-video", environment=NO_PLOTS)
+        scene = self.scene_with("kuka_kr300", ["gms", "lvm"])
+        done = fricid("run", scene, "-o", out, "--no-video", environment=NO_PLOTS)
         self.assertLessEqual(done.returncode, 1, done.stderr)
         models = {model["name"]: model["torque"] for model in load(out / "evaluation.json")["models"]}
         self.assertEqual(len(models["lvm"]), 2)

@@ -218,6 +218,28 @@ TEST(SumFit, HasAStribeckTorqueBesideTheMemory) {
     EXPECT_FALSE(part.stribeck);
 }
 
+// A bristle with a Stribeck curve of .02 rad/s beside a Stribeck torque of .6: one curve fitted to
+// both lies far from either.
+TEST(SumFit, FindsBothOfTwoStribeckCurves) {
+  const friction::JointSpec joint{{{"lugre", 0, {}}, {"stribeck_peak", 0, {}}}};
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, sigma0, sigma1, sigma2, then Ts, vs, v0
+    theta.push_back({10 * size, 13 * size, 0.02, 6000 * size, 30 * size, 10 * size,  //
+                     3 * size, 0.6, 0.01});
+  const Prepared prepared = noisy_logs(arm_with(joint, theta), 36);
+  JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  for (int j = 0; j < 3; ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    ASSERT_TRUE(parts[at].stribeck && parts[at].memory == friction::Memory::kBristle) << j;
+    EXPECT_NEAR(parameter(sum, j, "lugre", "vs"), 0.02, 0.01) << j;
+    EXPECT_NEAR(parameter(sum, j, "lugre", "Fs") / parameter(sum, j, "lugre", "Fc"), 1.3, 0.1) << j;
+    EXPECT_NEAR(parameter(sum, j, "stribeck_peak", "vs"), 0.6, 0.15) << j;
+  }
+}
+
 // Two viscous torques stand for each other: what one would make up for, the other has to show.
 TEST(SumFit, HasNoLinearViscousFrictionBesideThatOfAPower) {
   std::vector<std::vector<double>> theta;

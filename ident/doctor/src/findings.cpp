@@ -78,7 +78,9 @@ constexpr std::array kKinds{
              "57.2958 where the unit is deg",
              false, true},
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
-             "correct kind, gear_ratio or scale of [torque] in the contract", false, true},
+             "correct kind, gear_ratio or scale of [torque] in the contract, or the masses of the "
+             "robot's file",
+             false, true},
     KindInfo{
         FindingKind::kMount, kDamage,
         "gravity points another way, or the zero of a joint is far off: signs and masses seem "
@@ -100,10 +102,11 @@ constexpr std::array kKinds{
              "of columns of motors [[coupling]] in the contract, with kind = \"motor_torque\" or "
              "unit = \"motor_rad\" (gear_ratio 1 where it is in them); of joints neither",
              false, true},
-    KindInfo{FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
-             "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
-             "or --fix delay moves the torque back",
-             true, true},
+    KindInfo{
+        FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
+        "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
+        "or --fix delay moves the torque back; what a filter takes from the torque, neither does",
+        true, true},
     KindInfo{FindingKind::kDelayUnknown, kDamage, "friction and inertia leak into each other",
              "log motion and torque by one clock, and move fast enough that a delay shows", false,
              true},

@@ -210,7 +210,7 @@ data::FitFile fit_file(const FitReport& report) {
     remarks.push_back(
         {"the torque of gravity is not that of the robot's file: root mean square on " +
              enumeration(report.weights),
-         "a load, a counterweight or a spring that the file lacks, or its masses are "
+         "a load, a counterweight or a spring that the file lacks, or its masses or lengths are "
          "others; a spring passes for mass, and inertia and gravity then disagree",
          "state what the arm carries: payload_kg of [robot], springs as "
          "[[robot.torque]]"});

@@ -18,7 +18,6 @@
 #include "rigid_body/frames.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/joint_rows.hpp"
-#include "rigid_body/reweight.hpp"
 #include "rigid_body/tilt.hpp"
 #include "rigid_body/undriven.hpp"
 #include "rigid_body/zeros.hpp"
@@ -212,21 +211,17 @@ Eigen::MatrixXd about(const StackedByJoint& all, const Eigen::VectorXd& pi, doub
 }
 
 /// Standard errors of the factors over the middle one by the jackknife.
-/// @param solved  information and weights at the solution pi, s
+/// @param x  the solution about pi, s
 Eigen::VectorXd errors_of(const StackedByJoint& all, const Eigen::VectorXd& pi,
-                          const Eigen::VectorXd& s, Weighted solved, const Eigen::VectorXd& sigma,
-                          const Eigen::MatrixXd& prior) {
+                          const Eigen::VectorXd& s, const Eigen::VectorXd& x,
+                          const Eigen::VectorXd& sigma, const Eigen::MatrixXd& prior) {
   const int n = all.n();
-  Eigen::MatrixXd X(all.rows, solved.x.size());
-  Eigen::VectorXd y(all.rows);
-  solved.weight.resize(all.rows);
-  for (int j = 0; j < n; ++j) {
-    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-    X(rows.at, Eigen::all) = rows.X * about(all, pi, s[j], j);
-    y(rows.at) = rows.y + s[j] * (rows.X.leftCols(all.base) * pi);
-    solved.weight(rows.at).setConstant(std::pow(sigma[j], -2));
-  }
-  const Eigen::MatrixXd root = jackknife_root(X, y, solved, all.passage, prior).bottomRows(n);
+  const auto rows = [&](int j) {
+    const JointRows& of_joint = all.joints[static_cast<std::size_t>(j)];
+    const Eigen::VectorXd y = of_joint.y + s[j] * (of_joint.X.leftCols(all.base) * pi);
+    return std::pair(Eigen::MatrixXd(of_joint.X * about(all, pi, s[j], j)), y);
+  };
+  const Eigen::MatrixXd root = jackknife_root(all, x, sigma, prior, rows).bottomRows(n);
   const int middle = middle_of(s);
   Eigen::VectorXd errors(n);
   for (int j = 0; j < n; ++j)
@@ -248,35 +243,35 @@ TorqueScales find_torque_scales(StackedByJoint all, const Solution& plain) {
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size, size);
   prior.bottomRightCorner(n, n).diagonal().setConstant(std::pow(kWidth, -2));
   Eigen::VectorXd pi = apart.x.head(all.base), s = Eigen::VectorXd::Ones(n), sigma = apart.sigma;
-  Weighted solved;
+  Eigen::VectorXd x;
   double change = 1;
   for (int step = 0; step < kMostSteps && change > kConverged; ++step) {
     set_growth(pi, all);
-    solved.H = prior;
+    Eigen::MatrixXd H = prior;
     Eigen::VectorXd g = prior * Eigen::VectorXd::Ones(size);
     std::vector<Eigen::MatrixXd> T;
     for (int j = 0; j < n; ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
       const double weight = std::pow(sigma[j], -2);
       T.push_back(about(all, pi, s[j], j));
-      solved.H += weight * (T.back().transpose() * (rows.XX * T.back()));
+      H += weight * (T.back().transpose() * (rows.XX * T.back()));
       g += weight * (T.back().transpose() * (rows.Xy + s[j] * (rows.XX.leftCols(all.base) * pi)));
     }
-    solved.x = invert(solved.H, nullptr) * g;
-    if (!solved.x.allFinite()) return {};
+    x = invert(H, nullptr) * g;
+    if (!x.allFinite()) return {};
     for (int j = 0; j < n; ++j) {
       const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-      Eigen::VectorXd x = T[static_cast<std::size_t>(j)] * solved.x;
-      x.head(all.base) -= s[j] * pi;
-      sigma[j] = sigma_of(rows.squares(x), rows);
+      Eigen::VectorXd of_joint = T[static_cast<std::size_t>(j)] * x;
+      of_joint.head(all.base) -= s[j] * pi;
+      sigma[j] = sigma_of(rows.squares(of_joint), rows);
     }
-    change = (solved.x.tail(n) - s).cwiseAbs().maxCoeff();
-    pi = solved.x.head(all.base);
-    s = solved.x.tail(n);
+    change = (x.tail(n) - s).cwiseAbs().maxCoeff();
+    pi = x.head(all.base);
+    s = x.tail(n);
   }
   if (change > kConverged || !(s.minCoeff() > kSmallest * s.maxCoeff())) return {};
   TorqueScales scales{s / s[middle_of(s)], Eigen::VectorXd::Zero(n), gain_of(apart.sigma, sigma)};
-  if (scales.gain > kGain) scales.standard_error = errors_of(all, pi, s, solved, sigma, prior);
+  if (scales.gain > kGain) scales.standard_error = errors_of(all, pi, s, x, sigma, prior);
   return scales;
 }
 

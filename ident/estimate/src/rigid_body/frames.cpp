@@ -10,7 +10,6 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
-#include "rigid_body/reweight.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -125,28 +124,18 @@ std::vector<Eigen::MatrixXd> torque_of_placements(const dynamics::RobotModel& ro
 Eigen::MatrixXd errors_of(const StackedByJoint& all, const Solution& plain,
                           const std::vector<Eigen::MatrixXd>& placements) {
   const Eigen::Index more = placements[0].cols(), size = all.plain + more;
-  Eigen::MatrixXd X(all.rows, size);
-  Eigen::VectorXd y(all.rows);
-  Weighted solved;
-  solved.x = Eigen::VectorXd::Zero(size);
-  solved.x.head(all.plain) = plain.x;
-  solved.H = Eigen::MatrixXd::Zero(size, size);
-  solved.weight.resize(all.rows);
-  for (int j = 0; j < all.n(); ++j) {
-    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-    const double weight = std::pow(plain.sigma[j], -2);
-    Eigen::MatrixXd of_joint(rows.X.rows(), size);
-    of_joint << rows.X, placements[static_cast<std::size_t>(j)];
-    X(rows.at, Eigen::all) = of_joint;
-    y(rows.at) = rows.y;
-    solved.weight(rows.at).setConstant(weight);
-    solved.H += weight * (of_joint.transpose() * of_joint);
-  }
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(size);
+  x.head(all.plain) = plain.x;
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index k = 0; k < more; ++k)
     prior(all.plain + k, all.plain + k) = std::pow(k % kDofs >= 3 ? kUsualTurn : kUsualShift, -2);
-  solved.H += prior;
-  return jackknife_root(X, y, solved, all.passage, prior).bottomRows(more);
+  const auto rows = [&](int j) {
+    const JointRows& of_joint = all.joints[static_cast<std::size_t>(j)];
+    Eigen::MatrixXd X(of_joint.X.rows(), size);
+    X << of_joint.X, placements[static_cast<std::size_t>(j)];
+    return std::pair(X, of_joint.y);
+  };
+  return jackknife_root(all, x, plain.sigma, prior, rows).bottomRows(more);
 }
 
 /// The regression under some placements, and what it leaves.

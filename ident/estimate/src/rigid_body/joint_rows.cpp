@@ -12,6 +12,7 @@
 #include "fricid/dynamics/base_parameters.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/regression.hpp"
+#include "rigid_body/reweight.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {
@@ -274,6 +275,28 @@ Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns
     sigma[static_cast<Eigen::Index>(j)] =
         sigma_of(squares[static_cast<Eigen::Index>(j)], all.joints[j]);
   return sigma;
+}
+
+Eigen::MatrixXd jackknife_root(
+    const StackedByJoint& all, const Eigen::VectorXd& x, const Eigen::VectorXd& sigma,
+    const Eigen::MatrixXd& prior,
+    const std::function<std::pair<Eigen::MatrixXd, Eigen::VectorXd>(int j)>& rows) {
+  Eigen::MatrixXd X(all.rows, x.size());
+  Eigen::VectorXd y(all.rows);
+  Weighted solved;
+  solved.x = x;
+  solved.H = prior;
+  solved.weight.resize(all.rows);
+  for (int j = 0; j < all.n(); ++j) {
+    const auto [X_j, y_j] = rows(j);
+    const Columns& at = all.joints[static_cast<std::size_t>(j)].at;
+    const double weight = std::pow(sigma[j], -2);
+    X(at, Eigen::all) = X_j;
+    y(at) = y_j;
+    solved.weight(at).setConstant(weight);
+    solved.H += weight * (X_j.transpose() * X_j);
+  }
+  return jackknife_root(X, y, solved, all.passage, prior);
 }
 
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {

@@ -1,8 +1,10 @@
 // The torque of an arm by joint, for regressions on any of the columns that may explain it.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -94,6 +96,15 @@ double sigma_of(double squares, const JointRows& rows);
 
 /// Standard deviation of what each fifth of the rows leaves under the regression of the others.
 Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns);
+
+/// Root of the covariance of x by the jackknife over passages, see `jackknife_root`.
+/// @param sigma  of the residuals of each joint
+/// @param prior  information on x
+/// @param rows   of joint j: X in all columns of x, and y
+Eigen::MatrixXd jackknife_root(
+    const StackedByJoint& all, const Eigen::VectorXd& x, const Eigen::VectorXd& sigma,
+    const Eigen::MatrixXd& prior,
+    const std::function<std::pair<Eigen::MatrixXd, Eigen::VectorXd>(int j)>& rows);
 
 /// Log of the factor by which the unexplained variance falls, in sum over the joints.
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less);

@@ -9,7 +9,6 @@
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/dynamics/algorithms.hpp"
-#include "rigid_body/reweight.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -57,6 +56,7 @@ StackedByJoint with_directions(const StackedByJoint& all, const std::vector<Eige
                                const Directions& directions) {
   StackedByJoint out;
   out.rows = all.rows;
+  out.passage = all.passage;
   out.size = out.plain = all.plain + 2;
   for (std::size_t j = 0; j < all.joints.size(); ++j) {
     const JointRows& rows = all.joints[j];
@@ -68,24 +68,14 @@ StackedByJoint with_directions(const StackedByJoint& all, const std::vector<Eige
 }
 
 /// Standard error [rad] of a turn towards delta, by the jackknife.
-double error_of(const StackedByJoint& all, std::span<const int> passage, const Solution& found,
-                const Eigen::Vector2d& towards) {
-  Eigen::MatrixXd X(all.rows, all.size);
-  Eigen::VectorXd y(all.rows);
-  Weighted solved;
-  solved.x = found.x;
-  solved.H = Eigen::MatrixXd::Zero(all.size, all.size);
-  solved.weight.resize(all.rows);
-  for (int j = 0; j < all.n(); ++j) {
-    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
-    const double weight = std::pow(found.sigma[j], -2);
-    X(rows.at, Eigen::all) = rows.X;
-    y(rows.at) = rows.y;
-    solved.weight(rows.at).setConstant(weight);
-    solved.H += weight * rows.XX;
-  }
+double error_of(const StackedByJoint& all, const Solution& found, const Eigen::Vector2d& towards) {
+  const auto rows = [&](int j) {
+    const JointRows& of_joint = all.joints[static_cast<std::size_t>(j)];
+    return std::pair(of_joint.X, of_joint.y);
+  };
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(all.size, all.size);
-  return (towards.transpose() * jackknife_root(X, y, solved, passage, none).bottomRows(2)).norm();
+  return (towards.transpose() * jackknife_root(all, found.x, found.sigma, none, rows).bottomRows(2))
+      .norm();
 }
 
 }  // namespace
@@ -114,7 +104,7 @@ std::optional<Tilt> find_tilt(const dynamics::RobotModel& robot, const StackedBy
     const Eigen::Vector2d delta = found.x.tail(2);
     const double angle = delta.norm();
     if (!(angle > 0) || !std::isfinite(angle)) return std::nullopt;
-    tilt.standard_error = error_of(with, all.passage, found, delta / angle);
+    tilt.standard_error = error_of(with, found, delta / angle);
     tilt.gain = gain_of(before, found.sigma);
     const double most = 2 * (before.array() / found.sigma.array()).log().maxCoeff();
     if (step == 0 && !(most > kLeastGain && angle > kCertainTilt * tilt.standard_error))

@@ -12,7 +12,6 @@
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/unit_of_joint.hpp"
 #include "fricid/dynamics/algorithms.hpp"
-#include "rigid_body/reweight.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -66,27 +65,17 @@ WithOwn with_own(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd
 Eigen::VectorXd errors_of(const StackedByJoint& shared, const std::vector<Eigen::MatrixXd>& shifts,
                           const WithOwn& log, const Solution& found) {
   const Eigen::Index n = shared.n(), size = shared.plain, all = found.x.size();
-  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(shared.rows, all);
-  Eigen::VectorXd y(shared.rows);
-  Weighted solved;
-  solved.x = found.x;
-  solved.H = Eigen::MatrixXd::Zero(all, all);
-  solved.weight.resize(shared.rows);
-  for (Eigen::Index j = 0; j < n; ++j) {
+  const auto rows = [&](int j) {
     const auto at = static_cast<std::size_t>(j);
     const JointRows& joint = shared.joints[at];
-    const double weight = std::pow(found.sigma[j], -2);
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::ssize(joint.at), all);
-    rows.leftCols(size) = joint.X.leftCols(size);
-    Eigen::MatrixXd own(rows.rows(), size + n);
+    Eigen::MatrixXd X = Eigen::MatrixXd::Zero(std::ssize(joint.at), all);
+    X.leftCols(size) = joint.X.leftCols(size);
+    Eigen::MatrixXd own(X.rows(), size + n);
     own << joint.X.leftCols(size), shifts[at];
-    rows(log.rows[at], Eigen::lastN(all - size)) = own(log.rows[at], log.own);
-    X(joint.at, Eigen::all) = rows;
-    y(joint.at) = joint.y;
-    solved.weight(joint.at).setConstant(weight);
-    solved.H += weight * log.all.joints[at].XX;
-  }
-  return jackknife_root(X, y, solved, shared.passage, Eigen::MatrixXd::Zero(all, all))
+    X(log.rows[at], Eigen::lastN(all - size)) = own(log.rows[at], log.own);
+    return std::pair(X, joint.y);
+  };
+  return jackknife_root(shared, found.x, found.sigma, Eigen::MatrixXd::Zero(all, all), rows)
       .bottomRows(n)
       .rowwise()
       .norm();
