@@ -177,9 +177,12 @@ class SumChoice {
       Parts with = beside;
       for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
       if (with == parts_) break;
+      Arm both = fit(with_stribeck_beside(carried_over(bristles_, from_fitted(with))));
       // a curve that stood for two lies far from both: a start that knows nothing may be nearer
-      const Arm handed_over = with_stribeck_beside(carried_over(bristles_, from_fitted(with)));
-      const Arm both = better_of_each_joint(fit(handed_over), fit(fits_->start(with)));
+      bool shows = std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
+      for (int j = 0; j < fits_->n() && !shows; ++j)
+        shows = earns(fits_->compare(both, fitted_, j, SumPart::kStribeck));
+      if (shows) both = better_of_each_joint(both, fit(fits_->start(with)));
       take_with_bristles(SumPart::kStribeck, with, both, earns);
       if (parts_ == before) break;
     }
