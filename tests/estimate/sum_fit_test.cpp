@@ -455,6 +455,10 @@ TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {
       EXPECT_LT(taken.torque, 0.1 * other.torque) << other.name;
     }
   EXPECT_LT(taken.held_out, 0.1 * report.candidates[0].held_out);  // the sum without networks
+  const auto remarks = fit_file(report).remarks;
+  EXPECT_TRUE(remarks && std::ranges::any_of(*remarks, [](const data::FittedRemark& remark) {
+                return remark.found.starts_with("networks hold a part of the friction of ");
+              }));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "fricid/estimate/remarks.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
+#include "fricid/friction/laws/memory_network.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -214,6 +215,18 @@ data::FitFile fit_file(const FitReport& report) {
          "others; a spring passes for mass, and inertia and gravity then disagree",
          "state what the arm carries: payload_kg of [robot], springs as "
          "[[robot.torque]]"});
+  std::vector<std::string> with_networks;
+  const friction::RobotFriction& model = report.model.arm.friction.model;
+  for (std::size_t j = 0; j < model.joints().size(); ++j)
+    if (const auto& laws = model.joints()[j].laws;
+        laws.size() > 1 &&
+        std::ranges::count(laws, friction::MemoryNetwork::kName, &friction::LawSpec::law) > 0)
+      with_networks.push_back(report.model.arm.robot.joints[j].name);
+  if (!with_networks.empty())
+    remarks.push_back({"networks hold a part of the friction of " + enumeration(with_networks),
+                       "coefficients of the laws beside them are those of the rest, not of the "
+                       "friction",
+                       "use the model as a whole, and for coefficients a law alone"});
   if (report.frictionless)
     remarks.push_back({"no joint shows friction",
                        "no gear is without: this is a torque that a model or a controller computed "
