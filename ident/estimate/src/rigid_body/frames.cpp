@@ -28,6 +28,7 @@ constexpr int kStepsOfFrames = 6;            // of Gauss-Newton
 constexpr double kSettled = 0.01;            // gain of a last step
 constexpr int kHalvings = 3;                 // of a step that does not gain
 constexpr int kMostSamples = 2000;
+constexpr Eigen::Index kRowsPerFramesUnknown = 5;
 constexpr Eigen::Index kDofs = 6;  // of a placement: shift, turn
 constexpr double kDifference = 1e-6;
 
@@ -294,6 +295,7 @@ MovedFrames find_moved_frames(const dynamics::RobotModel& robot, const StackedBy
                               std::span<const signals::Recording> recordings,
                               const RigidBodyOptions& options) {
   MovedFrames found;
+  if (robot.n() < 2 || stacked.rows < kRowsPerFramesUnknown * (stacked.plain + kDofs)) return found;
   FrameFit fit(robot, stacked, recordings, options);
   const StackedByJoint of_file = fit.now().all;
   std::vector<int> joints;
@@ -324,6 +326,8 @@ MovedFrames find_moved_frames(const dynamics::RobotModel& robot, const StackedBy
     FrameFit alone(robot, stacked, recordings, options);
     const double zero = alone.fit_zero(j);
     if (!(alone.gain() > fit.gain() - kWorthAJoint)) continue;
+    const bool turns = !slides(robot.joints[static_cast<std::size_t>(j)]);
+    if (!(std::abs(zero) > (turns ? kLeastTurn : kLeastShift))) return found;
     found.gain = alone.gain();
     found.joints = {{.joint = j, .zero = zero}};
     return found;
