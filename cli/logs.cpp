@@ -25,6 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void print_lines(const std::vector<std::string>& lines, std::FILE* stream) {
+  for (const std::string& line : lines) print(line + "\n", stream);
+}
+
 /// What was repaired is marked so and gets no remedy.
 void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
   std::vector<doctor::Finding> left;
@@ -38,15 +42,13 @@ void print_findings(const workflow::ImportedLog& log, std::FILE* stream) {
                       text.substr(text.find(':'), text.find(';') - text.find(':'))),
           stream);
   }
-  for (const std::string& line : doctor::to_lines({&left, 1}, {&log.data, 1}))
-    print(line + "\n", stream);
+  print_lines(doctor::to_lines({&left, 1}, {&log.data, 1}), stream);
   if (log.left.empty()) return;
   print(fmt::format("{}: the repaired log is damaged still; mend the contract by hand, one column "
                     "after the other:\n",
                     log.data.name),
         stream);
-  for (const std::string& line : doctor::to_lines({&log.left, 1}, {&log.data, 1}))
-    print(line + "\n", stream);
+  print_lines(doctor::to_lines({&log.left, 1}, {&log.data, 1}), stream);
 }
 
 std::string path_of(const fs::path& log) { return fs::weakly_canonical(log).string(); }
@@ -99,9 +101,8 @@ void print_findings(const workflow::Subject& subject, const workflow::CheckRepor
                         d.t[d.length() - 1] - d.t[0], d.rate_hz));
   }
   // all notes too if verbose
-  for (const std::string& line :
-       doctor::to_lines(report.findings, subject.sets, verbose ? nullptr : doctor::is_told))
-    print(line + "\n");
+  print_lines(doctor::to_lines(report.findings, subject.sets, verbose ? nullptr : doctor::is_told),
+              stdout);
 }
 
 }  // namespace

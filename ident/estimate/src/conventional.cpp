@@ -15,7 +15,6 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/friction/motion_errors.hpp"
 #include "fricid/estimate/predict_torque.hpp"
-#include "rigid_body/frictionless.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/weights.hpp"
 #include "support.hpp"
@@ -273,7 +272,6 @@ FitReport fit_conventional(const Prepared& prepared, const ModelOptions& options
   if (prepared.under_load && !fits.linear()) widen_errors(*prepared.under_load, report.rigid_body);
   widen_errors(rigid, fits.law(), report.joints);
   report.weights = other_weights(robot, prepared.recordings, report.rigid_body);
-  report.frictionless = is_frictionless(prepared.recordings, prepared.rigid_body);
   report.model.arm.robot.pi = report.rigid_body.pi;
   for (const JointFrictionFit& joint : report.joints)
     std::ranges::copy(joint.theta, std::back_inserter(report.model.arm.friction.theta));

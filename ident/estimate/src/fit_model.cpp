@@ -11,7 +11,6 @@
 #include "fricid/estimate/memory.hpp"
 #include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/torque/by_period.hpp"
-#include "rigid_body/frictionless.hpp"
 #include "rigid_body/regression.hpp"
 #include "rigid_body/weights.hpp"
 #include "support.hpp"
@@ -173,7 +172,6 @@ void score_torque(const Prepared& prepared, double cutoff_hz, int jobs, FitRepor
   report.disturbances =
       find_disturbances(prepared.robot, prepared.recordings, least_speed, residual);
   report.weights = other_weights(prepared.robot, prepared.recordings, report.rigid_body);
-  report.frictionless = is_frictionless(prepared.recordings, prepared.rigid_body);
 }
 
 FitReport fit_model(ConventionalFits& conventional, const ModelOptions& config, int seed, int jobs,

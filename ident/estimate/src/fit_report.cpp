@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "fricid/data/training_part.hpp"
+#include "rigid_body/frictionless.hpp"
 #include "support.hpp"
 #include "torque/fit_joint.hpp"
 
@@ -14,6 +15,7 @@ FitReport empty_report(const Prepared& prepared, const ModelOptions& options, in
   const auto n = static_cast<std::size_t>(prepared.robot.n());
   FitReport report;
   report.fitted_to = prepared.fitted_to;
+  report.frictionless = is_frictionless(prepared.recordings, prepared.rigid_body);
   report.model.name = options.name;
   report.model.label = options.label.empty() ? options.name : options.label;
   report.model.seed = seed;

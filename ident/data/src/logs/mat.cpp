@@ -1,12 +1,10 @@
 #include "mat.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
-#include <type_traits>
+#include <iterator>
 
 #include "bytes.hpp"
-#include "columns.hpp"
 #include "compression.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/limits.hpp"

@@ -317,22 +317,16 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   if (!faults.empty() || !fit.prior.empty()) return faults;
   const StackedByJoint all = stack_by_joint(robot, recordings, options);
   const Solution plain = solve(all, all.plain);
-  const auto scales_of = [&] { return find_torque_scales(all, plain); };
-  const auto springs_of = [&] { return find_springs(all, plain.sigma); };
-  const auto tilt_of = [&] { return find_tilt(robot, all, recordings, options); };
+  const TorqueScales scales = find_torque_scales(all, plain);
+  const Springs springs = find_springs(all, plain.sigma);
+  const std::optional<Tilt> tilt = find_tilt(robot, all, recordings, options);
   // another geometry makes logs of other poses differ
-  if (const MovedFrames frames = find_moved_frames(robot, all, recordings, options);
-      !frames.joints.empty()) {
-    const std::optional<Tilt> tilt = tilt_of();
-    const double others = std::max({springs_of().gain, scales_of().gain, tilt ? tilt->gain : 0});
-    if (frames.gain > others + kOfFrames) return faults_of(frames, robot);
-  }
+  const MovedFrames frames = find_moved_frames(robot, all, recordings, options);
+  const double others = std::max({springs.gain, scales.gain, tilt ? tilt->gain : 0});
+  if (!frames.joints.empty() && frames.gain > others + kOfFrames) return faults_of(frames, robot);
   faults = find_differences(robot, all, recordings, options);
   if (!faults.empty()) return faults;
-  const TorqueScales scales = scales_of();
-  const Springs springs = springs_of();
   const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
-  const std::optional<Tilt> tilt = tilt_of();
   if (tilt && tilt->gain > std::max(springs.gain, scales.gain)) {
     faults.push_back(fault_of(*tilt));
   } else if (springs.gain > scales.gain) {

@@ -96,47 +96,37 @@ std::vector<Eigen::MatrixXd> torque_of_placements(const dynamics::RobotModel& ro
     }
   const auto columns = std::ssize(moved) - 1;
   std::vector<dynamics::Workspace<double>> workspaces(moved.begin(), moved.end());
-  const std::vector<int> joint_of = all.joint_of_rows();
-  RowMatrix of_sample(columns + 1, robot.n());
-  Eigen::MatrixXd of_rows(all.rows, columns);
-  for (std::size_t r = 0; r < joint_of.size(); ++r) {
-    const bool is_new =
-        r == 0 || all.sample[r] != all.sample[r - 1] || all.sequence[r] != all.sequence[r - 1];
-    const signals::Motion& motion = recordings[static_cast<std::size_t>(all.sequence[r])].narrow;
+  Eigen::RowVectorXd unmoved(robot.n()), torque(robot.n());
+  return rows_by_sample(all, columns, [&](int sequence, int sample, RowMatrix& of_sample) {
+    const signals::Motion& motion = recordings[static_cast<std::size_t>(sequence)].narrow;
     const auto row = [&](const RowMatrix& of) {
-      return std::span<const double>(of.row(all.sample[r]).data(), n);
+      return std::span<const double>(of.row(sample).data(), n);
     };
-    for (Eigen::Index k = 0; is_new && k <= columns; ++k)
-      dynamics::rnea<double>(moved[static_cast<std::size_t>(k)],
-                             workspaces[static_cast<std::size_t>(k)],
+    const auto torque_of = [&](std::size_t k, Eigen::RowVectorXd& out) {
+      dynamics::rnea<double>(moved[k], workspaces[k],
                              {pi.data(), static_cast<std::size_t>(pi.size())}, row(motion.q),
-                             row(motion.v), row(motion.a), {of_sample.row(k).data(), n});
-    of_rows.row(static_cast<Eigen::Index>(r)) =
-        (of_sample.col(joint_of[r]).tail(columns).array() - of_sample(0, joint_of[r])) /
-        kDifference;
-  }
-  std::vector<Eigen::MatrixXd> out;
-  for (const JointRows& rows : all.joints) out.push_back(of_rows(rows.at, Eigen::all));
-  return out;
+                             row(motion.v), row(motion.a), {out.data(), n});
+    };
+    torque_of(0, unmoved);
+    for (Eigen::Index k = 0; k < columns; ++k) {
+      torque_of(static_cast<std::size_t>(k) + 1, torque);
+      of_sample.row(k) = (torque - unmoved) / kDifference;
+    }
+  });
 }
 
 /// Standard errors of the twists (6 per joint, as rows of a root of their covariance) by the
 /// jackknife. @param placements  of the same joints
 Eigen::MatrixXd errors_of(const StackedByJoint& all, const Solution& plain,
                           const std::vector<Eigen::MatrixXd>& placements) {
-  const Eigen::Index more = placements[0].cols(), size = all.plain + more;
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(size);
+  const StackedByJoint with = with_columns(all, placements);
+  const Eigen::Index more = with.size - all.plain;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(with.size);
   x.head(all.plain) = plain.x;
-  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(with.size, with.size);
   for (Eigen::Index k = 0; k < more; ++k)
     prior(all.plain + k, all.plain + k) = std::pow(k % kDofs >= 3 ? kUsualTurn : kUsualShift, -2);
-  const auto rows = [&](int j) {
-    const JointRows& of_joint = all.joints[static_cast<std::size_t>(j)];
-    Eigen::MatrixXd X(of_joint.X.rows(), size);
-    X << of_joint.X, placements[static_cast<std::size_t>(j)];
-    return std::pair(X, of_joint.y);
-  };
-  return jackknife_root(all, x, plain.sigma, prior, rows).bottomRows(more);
+  return jackknife_root(with, x, plain.sigma, prior).bottomRows(more);
 }
 
 /// The regression under some placements, and what it leaves.
@@ -154,15 +144,10 @@ struct Step {
 Step step_of(const Regressed& at, const std::vector<Eigen::MatrixXd>& placements,
              const Columns& chosen) {
   const Eigen::Index plain = at.all.plain, more = std::ssize(chosen);
-  StackedByJoint with;
-  with.rows = at.all.rows;
-  with.size = with.plain = plain + more;
-  for (std::size_t j = 0; j < at.all.joints.size(); ++j) {
-    const JointRows& rows = at.all.joints[j];
-    Eigen::MatrixXd X(rows.X.rows(), with.size);
-    X << rows.X, placements[j](Eigen::all, chosen);
-    with.joints.push_back(normal_equations(X, rows.y));
-  }
+  std::vector<Eigen::MatrixXd> columns;
+  for (const Eigen::MatrixXd& of_joint : placements)
+    columns.push_back(of_joint(Eigen::all, chosen));
+  StackedByJoint with = with_columns(at.all, columns);
   // the weak prior counts as what joint 0 knows
   const double noise = std::pow(at.plain.sigma[0], 2);
   for (Eigen::Index k = 0; k < more; ++k) {
@@ -283,12 +268,6 @@ class FrameFit {
   Eigen::VectorXd file_;  // sigma
 };
 
-Eigen::VectorXd held_out(const StackedByJoint& all) {
-  Columns plain(static_cast<std::size_t>(all.plain));
-  std::iota(plain.begin(), plain.end(), 0);
-  return held_out_sigma(all, plain);
-}
-
 }  // namespace
 
 MovedFrames find_moved_frames(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
@@ -320,6 +299,7 @@ MovedFrames find_moved_frames(const dynamics::RobotModel& robot, const StackedBy
     fit = *std::move(best);
   }
   if (joints.empty() || !(fit.gain() > kBeliefInFrames)) return found;
+  const auto held_out = [](const StackedByJoint& all) { return held_out_sigma(all, all.plain); };
   if (!(gain_of(held_out(of_file), held_out(fit.now().all)) > kBeliefInFrames)) return found;
   // another zero of one joint may pass for another place of its neighbour
   for (int j = 1; j < robot.n(); ++j) {

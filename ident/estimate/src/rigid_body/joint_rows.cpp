@@ -38,6 +38,12 @@ dynamics::RobotModel with_springs(dynamics::RobotModel robot) {
   return robot;
 }
 
+Columns first_columns(Eigen::Index count) {
+  Columns columns(static_cast<std::size_t>(count));
+  std::iota(columns.begin(), columns.end(), 0);
+  return columns;
+}
+
 }  // namespace
 
 void JointRows::set_column(Eigen::Index k, const Eigen::VectorXd& x) {
@@ -185,6 +191,47 @@ StackedByJoint with_curves(const StackedByJoint& all) {
   return out;
 }
 
+StackedByJoint with_columns(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& more) {
+  StackedByJoint out;
+  out.rows = all.rows;
+  out.passage = all.passage;
+  out.size = out.plain = all.plain + more.front().cols();
+  for (std::size_t j = 0; j < all.joints.size(); ++j) {
+    const JointRows& rows = all.joints[j];
+    Eigen::MatrixXd X(rows.X.rows(), out.size);
+    X << rows.X.leftCols(all.plain), more[j];
+    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
+  }
+  return out;
+}
+
+Eigen::MatrixXd rows_by_sample(
+    std::span<const int> joint, std::span<const int> sequence, std::span<const int> sample, int n,
+    Eigen::Index columns,
+    const std::function<void(int sequence, int sample, RowMatrix& of_sample)>& write) {
+  RowMatrix of_sample(columns, n);
+  Eigen::MatrixXd rows(std::ssize(joint), columns);
+  for (std::size_t r = 0; r < joint.size(); ++r) {
+    if (r == 0 || sample[r] != sample[r - 1] || sequence[r] != sequence[r - 1])
+      write(sequence[r], sample[r], of_sample);
+    rows.row(static_cast<Eigen::Index>(r)) = of_sample.col(joint[r]).transpose();
+  }
+  return rows;
+}
+
+std::vector<Eigen::MatrixXd> rows_by_sample(
+    const StackedByJoint& all, Eigen::Index columns,
+    const std::function<void(int sequence, int sample, RowMatrix& of_sample)>& write) {
+  return of_joints(
+      all, rows_by_sample(all.joint_of_rows(), all.sequence, all.sample, all.n(), columns, write));
+}
+
+std::vector<Eigen::MatrixXd> of_joints(const StackedByJoint& all, const Eigen::MatrixXd& rows) {
+  std::vector<Eigen::MatrixXd> out;
+  for (const JointRows& joint : all.joints) out.push_back(rows(joint.at, Eigen::all));
+  return out;
+}
+
 void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all) {
   for (int j = 0; j < all.n(); ++j) {
     const auto at = static_cast<std::size_t>(j);
@@ -233,9 +280,7 @@ Solution solve(const StackedByJoint& all, const Columns& asked) {
 }
 
 Solution solve(const StackedByJoint& all, Eigen::Index first) {
-  Columns columns(static_cast<std::size_t>(first));
-  std::iota(columns.begin(), columns.end(), 0);
-  return solve(all, columns);
+  return solve(all, first_columns(first));
 }
 
 Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns) {
@@ -277,6 +322,10 @@ Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns
   return sigma;
 }
 
+Eigen::VectorXd held_out_sigma(const StackedByJoint& all, Eigen::Index first) {
+  return held_out_sigma(all, first_columns(first));
+}
+
 Eigen::MatrixXd jackknife_root(
     const StackedByJoint& all, const Eigen::VectorXd& x, const Eigen::VectorXd& sigma,
     const Eigen::MatrixXd& prior,
@@ -297,6 +346,14 @@ Eigen::MatrixXd jackknife_root(
     solved.H += weight * (X_j.transpose() * X_j);
   }
   return jackknife_root(X, y, solved, all.passage, prior);
+}
+
+Eigen::MatrixXd jackknife_root(const StackedByJoint& all, const Eigen::VectorXd& x,
+                               const Eigen::VectorXd& sigma, const Eigen::MatrixXd& prior) {
+  return jackknife_root(all, x, sigma, prior, [&](int j) {
+    const JointRows& rows = all.joints[static_cast<std::size_t>(j)];
+    return std::pair(rows.X, rows.y);
+  });
 }
 
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less) {

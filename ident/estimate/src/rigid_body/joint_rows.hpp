@@ -76,6 +76,23 @@ StackedByJoint with_curves(const StackedByJoint& all);
 /// Columns of each joint's friction curve.
 inline constexpr Eigen::Index kCurves = 2;
 
+/// The plain regression with further columns of each joint (N_j x ..) behind it.
+StackedByJoint with_columns(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& more);
+
+/// What depends on the sample, a row for each of a regression (N x columns).
+/// @param joint, sequence, sample  (N) of each row; rows of one sample follow each other
+/// @param write  (sequence, sample, of_sample): fills of_sample (columns x n)
+Eigen::MatrixXd rows_by_sample(
+    std::span<const int> joint, std::span<const int> sequence, std::span<const int> sample, int n,
+    Eigen::Index columns,
+    const std::function<void(int sequence, int sample, RowMatrix& of_sample)>& write);
+/// The same in the rows of each joint (N_j x columns).
+std::vector<Eigen::MatrixXd> rows_by_sample(
+    const StackedByJoint& all, Eigen::Index columns,
+    const std::function<void(int sequence, int sample, RowMatrix& of_sample)>& write);
+/// The rows of a regression (N x ..) as those of each joint.
+std::vector<Eigen::MatrixXd> of_joints(const StackedByJoint& all, const Eigen::MatrixXd& rows);
+
 /// Writes friction that grows with the load, F[sign v_j] |Y_j pi|, to its columns.
 void set_growth(const Eigen::VectorXd& pi, StackedByJoint& all);
 
@@ -96,6 +113,8 @@ double sigma_of(double squares, const JointRows& rows);
 
 /// Standard deviation of what each fifth of the rows leaves under the regression of the others.
 Eigen::VectorXd held_out_sigma(const StackedByJoint& all, const Columns& columns);
+/// The same on the first columns.
+Eigen::VectorXd held_out_sigma(const StackedByJoint& all, Eigen::Index first);
 
 /// Root of the covariance of x by the jackknife over passages, see `jackknife_root`.
 /// @param sigma  of the residuals of each joint
@@ -105,6 +124,9 @@ Eigen::MatrixXd jackknife_root(
     const StackedByJoint& all, const Eigen::VectorXd& x, const Eigen::VectorXd& sigma,
     const Eigen::MatrixXd& prior,
     const std::function<std::pair<Eigen::MatrixXd, Eigen::VectorXd>(int j)>& rows);
+/// The same with the rows as they are.
+Eigen::MatrixXd jackknife_root(const StackedByJoint& all, const Eigen::VectorXd& x,
+                               const Eigen::VectorXd& sigma, const Eigen::MatrixXd& prior);
 
 /// Log of the factor by which the unexplained variance falls, in sum over the joints.
 double gain_of(const Eigen::VectorXd& sigma, const Eigen::VectorXd& less);

@@ -33,48 +33,19 @@ std::vector<Eigen::MatrixXd> torque_by_gravity(const dynamics::RobotModel& robot
   for (int k = 0; k < 3; ++k) under[static_cast<std::size_t>(k)].gravity = Eigen::Vector3d::Unit(k);
   dynamics::Workspace<double> ws(robot);
   const std::vector<double> still(n, 0.0);
-  const std::vector<int> joint = all.joint_of_rows();
-  RowMatrix of_sample(3, robot.n());
-  Eigen::MatrixXd of_rows(all.rows, 3);
-  for (std::size_t r = 0; r < joint.size(); ++r) {
-    const bool is_new =
-        r == 0 || all.sample[r] != all.sample[r - 1] || all.sequence[r] != all.sequence[r - 1];
-    const RowMatrix& q = recordings[static_cast<std::size_t>(all.sequence[r])].narrow.q;
-    for (int k = 0; is_new && k < 3; ++k)
-      dynamics::rnea<double>(
-          under[static_cast<std::size_t>(k)], ws, {pi.data(), static_cast<std::size_t>(pi.size())},
-          {q.row(all.sample[r]).data(), n}, still, still, {of_sample.row(k).data(), n});
-    of_rows.row(static_cast<Eigen::Index>(r)) = of_sample.col(joint[r]).transpose();
-  }
-  std::vector<Eigen::MatrixXd> out;
-  for (const JointRows& rows : all.joints) out.push_back(of_rows(rows.at, Eigen::all));
-  return out;
-}
-
-/// The regression with the two directions of another gravity as its last columns.
-StackedByJoint with_directions(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& G,
-                               const Directions& directions) {
-  StackedByJoint out;
-  out.rows = all.rows;
-  out.passage = all.passage;
-  out.size = out.plain = all.plain + 2;
-  for (std::size_t j = 0; j < all.joints.size(); ++j) {
-    const JointRows& rows = all.joints[j];
-    Eigen::MatrixXd X(rows.X.rows(), out.size);
-    X << rows.X.leftCols(all.plain), G[j] * directions;
-    out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
-  }
-  return out;
+  return rows_by_sample(all, 3, [&](int sequence, int sample, RowMatrix& of_sample) {
+    const RowMatrix& q = recordings[static_cast<std::size_t>(sequence)].narrow.q;
+    for (int k = 0; k < 3; ++k)
+      dynamics::rnea<double>(under[static_cast<std::size_t>(k)], ws,
+                             {pi.data(), static_cast<std::size_t>(pi.size())},
+                             {q.row(sample).data(), n}, still, still, {of_sample.row(k).data(), n});
+  });
 }
 
 /// Standard error [rad] of a turn towards delta, by the jackknife.
 double error_of(const StackedByJoint& all, const Solution& found, const Eigen::Vector2d& towards) {
-  const auto rows = [&](int j) {
-    const JointRows& of_joint = all.joints[static_cast<std::size_t>(j)];
-    return std::pair(of_joint.X, of_joint.y);
-  };
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(all.size, all.size);
-  return (towards.transpose() * jackknife_root(all, found.x, found.sigma, none, rows).bottomRows(2))
+  return (towards.transpose() * jackknife_root(all, found.x, found.sigma, none).bottomRows(2))
       .norm();
 }
 
@@ -98,8 +69,10 @@ std::optional<Tilt> find_tilt(const dynamics::RobotModel& robot, const StackedBy
                           other = turned.gravity.normalized().cross(across);
     Directions directions;
     directions << across.cross(turned.gravity), other.cross(turned.gravity);
-    const StackedByJoint with =
-        with_directions(all, torque_by_gravity(turned, all, plain.x, recordings), directions);
+    std::vector<Eigen::MatrixXd> of_directions =
+        torque_by_gravity(turned, all, plain.x, recordings);
+    for (Eigen::MatrixXd& of_joint : of_directions) of_joint = (of_joint * directions).eval();
+    const StackedByJoint with = with_columns(all, of_directions);
     const Solution found = solve(with, with.plain);
     const Eigen::Vector2d delta = found.x.tail(2);
     const double angle = delta.norm();

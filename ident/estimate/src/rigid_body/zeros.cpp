@@ -88,9 +88,7 @@ std::vector<Eigen::MatrixXd> shifts_of_joints(const dynamics::RobotModel& robot,
   const Eigen::MatrixXd of_rows =
       torque_of_shifts(robot, all.standard(plain.x, robot.parameter_count()), all.joint_of_rows(),
                        all.sequence, all.sample, recordings);
-  std::vector<Eigen::MatrixXd> shifts;
-  for (const JointRows& rows : all.joints) shifts.push_back(of_rows(rows.at, Eigen::all));
-  return shifts;
+  return of_joints(all, of_rows);
 }
 
 /// Joints that a log surely shows elsewhere than the others do.
@@ -197,27 +195,23 @@ Eigen::MatrixXd torque_of_shifts(const dynamics::RobotModel& robot, const Eigen:
   const Eigen::MatrixXd motors_of_joints = robot.motors_of_joints();  // motions are those of motors
   dynamics::Workspace<double> ws(robot);
   std::vector<double> one(n);
-  RowMatrix at_sample(robot.n(), robot.n());
-  Eigen::MatrixXd out(std::ssize(joint), robot.n());
-  for (std::size_t r = 0; r < joint.size(); ++r) {
-    if (r == 0 || sample[r] != sample[r - 1] || sequence[r] != sequence[r - 1]) {
-      const signals::Motion& motion = recordings[static_cast<std::size_t>(sequence[r])].narrow;
-      const auto row = [&](const RowMatrix& x) {
-        return std::span<const double>(x.row(sample[r]).data(), n);
-      };
-      at_sample.setZero();
-      for (std::size_t i = 0; i < n; ++i) {
-        std::ranges::fill(one, 0.0);
-        one[i] = -1;
-        dynamics::rnea_pullback<double>(
-            robot, ws, parameters, row(motion.q), row(motion.v), row(motion.a), one,
-            {at_sample.row(static_cast<Eigen::Index>(i)).data(), n}, {}, {}, {});
-      }
-      at_sample = (at_sample * motors_of_joints).eval();
-    }
-    out.row(static_cast<Eigen::Index>(r)) = at_sample.row(joint[r]);
-  }
-  return out;
+  RowMatrix of_shifts(robot.n(), robot.n());  // of each joint (row) by the shift of each
+  return rows_by_sample(
+      joint, sequence, sample, robot.n(), robot.n(), [&](int s, int k, RowMatrix& of_sample) {
+        const signals::Motion& motion = recordings[static_cast<std::size_t>(s)].narrow;
+        const auto row = [&](const RowMatrix& x) {
+          return std::span<const double>(x.row(k).data(), n);
+        };
+        of_shifts.setZero();
+        for (std::size_t i = 0; i < n; ++i) {
+          std::ranges::fill(one, 0.0);
+          one[i] = -1;
+          dynamics::rnea_pullback<double>(
+              robot, ws, parameters, row(motion.q), row(motion.v), row(motion.a), one,
+              {of_shifts.row(static_cast<Eigen::Index>(i)).data(), n}, {}, {}, {});
+        }
+        of_sample = (of_shifts * motors_of_joints).transpose();
+      });
 }
 
 OtherZeros find_other_zeros(const dynamics::RobotModel& robot, const StackedByJoint& stacked,

@@ -563,10 +563,6 @@ std::optional<TwoCurves> two_curves(Arm& arm, int joint) {
                    model.parameters()[static_cast<std::size_t>(vs)].info};
 }
 
-double narrower(double vs, const friction::ParameterInfo& info) {
-  return std::clamp(kNarrower * vs, info.lower, std::max(info.lower, info.typical));
-}
-
 }  // namespace
 
 Arm with_stribeck_beside(Arm arm) {
@@ -585,7 +581,9 @@ std::optional<Arm> with_curves_in_memories(Arm arm) {
     if (const std::optional<TwoCurves> curves = two_curves(arm, j);
         curves && (curves->Fs < kDead * curves->Fc || curves->vs > kWide * curves->vs_beside)) {
       any = true;
-      curves->vs = narrower(curves->vs_beside, curves->of_vs);
+      const friction::ParameterInfo& vs = curves->of_vs;
+      curves->vs =
+          std::clamp(kNarrower * curves->vs_beside, vs.lower, std::max(vs.lower, vs.typical));
       curves->Fs = std::max(curves->Fs, kRisen * curves->Fc);
     }
   return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
