@@ -220,12 +220,13 @@ Verdict evaluate(const RunOptions& options, const CommonOptions& common) {
   scene::Problem problem = problem_of(options);
   if (options.data.empty()) workflow::require_validation(problem.scene);
   workflow::Job job = open_job(std::move(problem), options, common);
+  const bool sound = workflow::data_are_sound(job);
   const evaluate::Evaluation evaluation = workflow::evaluate(job, options.data);
   if (common.json)
     print_json_file(job.run.folder().evaluation());
   else
     print_tables(job);
-  return trusted(evaluation) ? Verdict::kDone : Verdict::kNo;
+  return trusted(evaluation) && sound ? Verdict::kDone : Verdict::kNo;
 }
 
 }  // namespace fricid::cli

@@ -1,5 +1,5 @@
-"""Writes a long log of the KR 6 as a CSV with its contract: one period of scenes/kr6_full.toml at 1 kHz, again and
-again with new noise of the sensors.
+"""Writes a long log of the KR 6 as a CSV with its contract: one period of a motion of scenes/kr6_full.toml at
+1 kHz, again and again with new noise of the sensors.
 
     tests/bench/long_log.py SECONDS FOLDER [--program build/release/cli/fricid]
 """
@@ -9,12 +9,11 @@ import subprocess
 import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-PERIODS = 76  # simulated; a longer log repeats them
 SCENE = f"""
 extends = "{SOURCE}/scenes/kr6_full.toml"
 [excitation]
-harmonics = 10
-base_rad_s = 0.4
+harmonics = 20
+base_rad_s = 0.1
 train = 1
 repeats = %d
 validation = 0
@@ -41,13 +40,12 @@ def main():
     samples = round(1000 * options.seconds)
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        (folder / "scene.toml").write_text(SCENE % min(PERIODS, samples // 15708 + 1))
+        (folder / "scene.toml").write_text(SCENE % (samples // 62832 + 1))
         subprocess.run([options.program, "simulate", folder / "scene.toml", "-o", folder / "run"], check=True)
         files = sorted((folder / "run/data").glob("train_*.h5"), key=lambda file: int(file.stem.split("_")[1]))
         written = 0
         with open(options.folder / "log.csv", "w") as out:
-            while written < samples:
-                file = files[written // 15708 % len(files)]
+            for file in files:
                 rows = subprocess.run([options.program, "info", file, "--csv"], check=True, capture_output=True,
                                       text=True).stdout.splitlines()
                 names = rows[0].split(",")

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "doctor/injected.hpp"
 #include "fricid/base/parallel.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/scene/problem.hpp"

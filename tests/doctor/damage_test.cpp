@@ -14,15 +14,10 @@
 #include "doctor/injected.hpp"
 #include "fricid/base/error.hpp"
 #include "fricid/base/not_finite.hpp"
-#include "fricid/base/parallel.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/doctor/doctor.hpp"
 #include "fricid/dynamics/algorithms.hpp"
-#include "fricid/scene/problem.hpp"
-#include "fricid/sim/sensors.hpp"
-#include "fricid/sim/simulate.hpp"
 #include "fricid/system/transmission.hpp"
-#include "source_dir.hpp"
 
 namespace fricid::doctor {
 namespace {
@@ -206,88 +201,6 @@ TEST(Doctor, FindsInjectedDamageByNameAndPlaceAndNothingElse) {
       }
       EXPECT_TRUE(found) << text_of(findings, log);
     }
-}
-
-/// A log at 1 kHz of the arm.
-const Log& fast_log() {
-  static const Log log = [] {
-    scene::Scene e = scene::load_scene(source_dir() / "scenes/kr6_full.toml");
-    e.excitation.train = 1;
-    e.excitation.repeats = 1;
-    e.excitation.validation = 0;
-    e.excitation.criterion = sim::Criterion::kNone;
-    e.excitation.harmonics = 5;
-    e.excitation.base_rad_s = 0.6;
-    e.sensors.rate_hz = 1000;
-    e.plant.step_s = kSimulatorStep;
-    const scene::Problem problem = scene::resolve(std::move(e));
-    return Log{sim::simulate(problem, 2).train[0], problem.robot};
-  }();
-  return log;
-}
-
-// Reference: the delay that was put in. Half a sample at 250 Hz is 2 ms.
-TEST(Doctor, MeasuresDelaysUpToAFifthOfASecond) {
-  const auto& [log, robot] = fast_log();
-  EXPECT_TRUE(of_kind(diagnose(log, &robot), "delay").empty());
-  for (const int ms : {10, 20, 30, 50, 100, 200}) {
-    SCOPED_TRACE(ms);
-    Dataset late = log;
-    delay_torque(late, ms);
-    const std::vector<Finding> found = of_kind(diagnose(late, &robot), "delay");
-    ASSERT_EQ(found.size(), 1u) << text_of(diagnose(late, &robot), late);
-    EXPECT_NEAR(found[0].size, ms, 2);
-  }
-}
-
-// A clock shifts all joints alike; friction that lags shifts each by another time.
-TEST(Doctor, JointsThatDisagreeHaveNoDelay) {
-  const auto& [log, robot] = fast_log();
-  Dataset apart = log;
-  const std::array<double, 6> ms{0, 4, 8, 14, 20, 26};
-  for (int j = 0; j < 6; ++j) {
-    Dataset late = log;
-    delay_torque(late, ms[static_cast<std::size_t>(j)]);
-    apart.tau.col(j) = late.tau.col(j);
-  }
-  EXPECT_TRUE(of_kind(diagnose(apart, &robot), "delay").empty())
-      << text_of(diagnose(apart, &robot), apart);
-}
-
-// One drive's torque passes another filter, or another bus.
-TEST(Doctor, TheTorqueOfOneJointThatIsLateIsNamed) {
-  const auto& [log, robot] = fast_log();
-  for (const int joint : {1, 2}) {
-    Dataset late = log, apart = log;
-    delay_torque(late, 24);
-    apart.tau.col(joint) = late.tau.col(joint);
-    const std::vector<Finding> findings = diagnose(apart, &robot);
-    const std::vector<Finding> found = of_kind(findings, "delay");
-    ASSERT_EQ(found.size(), 1u) << text_of(findings, apart);
-    EXPECT_EQ(found[0].joint, joint);
-    EXPECT_NEAR(found[0].size, 24, 3);
-    const Dataset mended = repair(apart, findings, {{FindingKind::kDelay}});
-    const Eigen::ArrayXd left = mended.tau.col(joint) - log.tau.col(joint),
-                         damage = apart.tau.col(joint) - log.tau.col(joint);
-    EXPECT_LT(left.square().mean(), 0.1 * damage.square().mean());
-    EXPECT_EQ(mended.tau.col(0), apart.tau.col(0));
-  }
-}
-
-TEST(Doctor, ADelayBeyondTheSearchIsNotReportedAsMeasured) {
-  Dataset late = fast_log().data;
-  delay_torque(late, 400);
-  const std::vector<Finding> findings = diagnose(late, &fast_log().robot);
-  EXPECT_TRUE(of_kind(findings, "delay").empty()) << text_of(findings, late);
-  EXPECT_EQ(of_kind(findings, "delay_unknown").size(), 1u) << text_of(findings, late);
-}
-
-// Every twentieth sample of a log at 1 kHz, torque as it was at that instant.
-TEST(Doctor, ASlowLogWithoutDelayHasNone) {
-  Dataset slow = fast_log().data;
-  keep_rows(slow, [](int k) { return k % 20 == 0 ? 1 : 0; });
-  slow.rate_hz = 50;
-  EXPECT_EQ(text_of(diagnose(slow, &fast_log().robot), slow), "");
 }
 
 /// The log slowed down to a stop over the last second, and standing still for two more.
@@ -694,6 +607,19 @@ TEST(Doctor, TorqueAtTheLimitOfTheDriveIsNoDamage) {
   robot.joints[0].effort = 1.02 * most;
   EXPECT_TRUE(of_kind(diagnose(log, &robot), "at_limit").empty());
   EXPECT_FALSE(of_kind(diagnose(log, &robot), "saturated").empty());
+}
+
+TEST(Doctor, PositionsBeyondTheLimitsOfTheFileAreTold) {
+  auto [log, robot] = clean_logs()[0];
+  const double most = log.q.col(2).maxCoeff();
+  robot.joints[2].upper = most - 0.05;
+  const std::vector<Finding> findings = diagnose(log, &robot);
+  const std::vector<Finding> found = of_kind(findings, "beyond_limit");
+  ASSERT_EQ(found.size(), 1u) << text_of(findings, log);
+  EXPECT_EQ(found[0].joint, 2);
+  EXPECT_NEAR(found[0].size, most, 1e-3);
+  EXPECT_FALSE(is_damage(found[0]));
+  EXPECT_TRUE(is_told(found[0]));
 }
 
 TEST(Doctor, AStampThatIsBackAloneIsNoSecondRecording) {

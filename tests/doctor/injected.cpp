@@ -305,6 +305,13 @@ std::vector<Injection> make_injections() {
          take_late(d, 0.2, rng);
          return Injected{"uneven"};
        }},
+      {"torque through a filter of first order, corner 2 to 3 Hz",
+       [](D d, R, Rng& rng) {
+         const double share = std::min(1.0, 2 * std::numbers::pi * (2 + rng.uniform()) / d.rate_hz);
+         for (int k = 1; k < d.length(); ++k)
+           d.tau.row(k) = (1 - share) * d.tau.row(k - 1) + share * d.tau.row(k);
+         return Injected{"low_pass"};
+       }},
   };
 }
 

@@ -214,8 +214,8 @@ class PoorRobot(ProgramTest):
         self.assertEqual(fixed.returncode, 0, fixed.stderr)
         self.assertRegex(fixed.stderr, "train: repaired: sign: tau of joint_a5")
         self.assertNotIn("damage: sign", fixed.stderr)
-        for command in ("identify", "run"):
-            done = fricid(command, scene, "-o", self.out)
+        for command in (["identify", scene, "-o", self.out], ["run", scene, "-o", self.out], ["evaluate", self.out]):
+            done = fricid(*command)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertRegex(done.stderr, r"not to be trusted: train_0: sign of joint_a5: friction would drive")
 

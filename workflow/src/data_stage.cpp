@@ -1,6 +1,7 @@
 // The stage that makes the data: by simulation, or from logs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <span>
 #include <string>
 #include <vector>
@@ -113,7 +114,7 @@ void make_data(Job& job) {
 }
 
 bool data_are_sound(const Job& job) {
-  bool sound = true;
+  std::vector<std::string> lines;
   for (const auto name : {RunFolder::training, RunFolder::validation})
     for (int i = 0;; ++i) {
       const fs::path file = job.run.folder().diagnosis(name(i));
@@ -121,14 +122,16 @@ bool data_are_sound(const Job& job) {
       const auto report = data::load<data::DiagnosisFile>(file);
       for (const data::DiagnosedFinding& finding : report.findings) {
         if (!finding.misleads) continue;
-        sound = false;
-        job.say(fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data,
-                            name_of(finding.kind), finding.joints.empty() ? "" : " of ",
-                            fmt::join(finding.joints, " and "), finding.consequence,
-                            finding.remedy));
+        const std::string line =
+            fmt::format("not to be trusted: {}: {}{}{}: {}; {}", report.data, name_of(finding.kind),
+                        finding.joints.empty() ? "" : " of ", fmt::join(finding.joints, " and "),
+                        finding.consequence, finding.remedy);
+        if (std::ranges::count(lines, line) > 0) continue;
+        lines.push_back(line);
+        job.say(line);
       }
     }
-  return sound;
+  return lines.empty();
 }
 
 }  // namespace fricid::workflow

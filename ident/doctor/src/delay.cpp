@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+#include <utility>
 
 #include "fricid/base/eigen_instances.hpp"
 #include "fricid/base/lowest_point.hpp"
@@ -92,8 +94,16 @@ double jackknife(const Number& without) {
   return std::sqrt((kFolds - 1) * std::max(0.0, squares / kFolds - mean * mean));
 }
 
-// Adds what regressions of T (rows, delays) on X leave.
-void add_joint(int j, Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& curves) {
+/// Squares (columns of T, stretches) that regressions of T on X leave.
+struct Left {
+  Eigen::ArrayXXd fitted, held_out;  ///< of regressions on all rows, and on the other stretches
+
+  bool is_usable() const {
+    return fitted.allFinite() && held_out.allFinite() && (fitted.rowwise().sum() > 0).all();
+  }
+};
+
+Left left_by(Eigen::MatrixXd X, const Eigen::MatrixXd& T) {
   constexpr double kRidge = 1e-6;  // of columns of unit length: what the rest of a log leaves open
   const Eigen::VectorXd size = X.colwise().norm().transpose().cwiseMax(1e-300);
   X = (X * size.cwiseInverse().asDiagonal()).eval();
@@ -101,7 +111,7 @@ void add_joint(int j, Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& 
   H.diagonal().array() += kRidge;
   const Eigen::MatrixXd G = X.transpose() * T;
   const Eigen::MatrixXd of_all = H.ldlt().solve(G);
-  Eigen::ArrayXXd fitted(T.cols(), kFolds), held_out(T.cols(), kFolds);
+  Left left{Eigen::ArrayXXd(T.cols(), kFolds), Eigen::ArrayXXd(T.cols(), kFolds)};
   for (int fold = 0; fold < kFolds; ++fold) {
     const Eigen::Index begin = X.rows() * fold / kFolds,
                        count = X.rows() * (fold + 1) / kFolds - begin;
@@ -109,17 +119,14 @@ void add_joint(int j, Eigen::MatrixXd X, const Eigen::MatrixXd& T, DelayCurves& 
     const Eigen::MatrixXd others = H - Xf.transpose() * Xf;
     const Eigen::MatrixXd of_others = others.ldlt().solve(Eigen::MatrixXd(G - Xf.transpose() * Tf));
     const auto squares = [&](const Eigen::MatrixXd& x) {
-      const Eigen::MatrixXd left = Tf - Xf * x;
+      const Eigen::MatrixXd rest = Tf - Xf * x;
       return Eigen::ArrayXd(
-          (left.colwise().squaredNorm() + 1e-12 * Tf.colwise().squaredNorm()).transpose().array());
+          (rest.colwise().squaredNorm() + 1e-12 * Tf.colwise().squaredNorm()).transpose().array());
     };
-    fitted.col(fold) = squares(of_all);
-    held_out.col(fold) = squares(of_others);
+    left.fitted.col(fold) = squares(of_all);
+    left.held_out.col(fold) = squares(of_others);
   }
-  if (!fitted.allFinite() || !held_out.allFinite() || !(fitted.rowwise().sum() > 0).all()) return;
-  curves.joint.push_back(j);
-  curves.fitted.push_back(fitted);
-  curves.held_out.push_back(held_out);
+  return left;
 }
 
 /// Lowest point of a curve over a grid (`lowest_point`).
@@ -183,7 +190,7 @@ struct LateJoint {
 
 /// @param undelayed  point of the grid that is no delay
 std::optional<LateJoint> late_joint(const DelayCurves& curves, Eigen::Index undelayed, double dt) {
-  constexpr double kApart = 0.01;   // [s] from the mean of the others: friction lags by less
+  constexpr double kApart = 0.016;  // [s] from the mean of the others: friction lags by up to 0.015
   constexpr double kAgree = 0.005;  // [s] by which these differ from their mean
   constexpr double kLongest =
       0.1;  // [s] periodic motion shifts by more where friction is all there is
@@ -245,9 +252,59 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
     }
     curves.seconds = std::max(
         curves.seconds, d.length() * d.dt() * static_cast<double>(X.rows()) / motion.length());
-    add_joint(j, X, T, curves);
+    Left left = left_by(X, T);
+    if (!left.is_usable()) continue;
+    curves.joint.push_back(j);
+    curves.fitted.push_back(std::move(left.fitted));
+    curves.held_out.push_back(std::move(left.held_out));
   }
   return curves;
+}
+
+/// The corner [Hz] of a filter through which the torque went, nothing where a delay explains as
+/// much. A filter T + a T' + b T'' = p is late by a where motion is slow, and takes fast torque
+/// besides. Of regressions that have T' and T'' of the late torque beside the motion, those of a
+/// filtered one explain most with no delay, those of one that is only late with all of it.
+/// @param late  samples by which the torque seems to be late
+std::optional<double> corner_of_filter(const data::Dataset& d, const dynamics::RobotModel& robot,
+                                       const Motion& motion, const Sight& sight, double late) {
+  constexpr int kSteps = 10;          // delays that are tried, up to `late`
+  constexpr double kOfFilter = 0.35;  // of `late`: more is a delay
+  constexpr double kClear = 0.5;      // log of the factor of the residuals' variance
+  constexpr double kCertain = 2;      // standard errors of it
+  const std::vector<int> columns = dynamics::base_parameters(robot).columns;
+  std::vector<Eigen::ArrayXXd> held_out;
+  for (int j = 0; j < d.n(); ++j) {
+    const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
+    Eigen::MatrixXd X = regressors(robot, sight, j, columns, rows);
+    const Eigen::Index own = X.cols();
+    if (X.rows() < 3 * (own + 2) || !has_speeds(sight, j)) continue;
+    X.conservativeResize(Eigen::NoChange, own + 2);
+    Eigen::ArrayXXd of_joint(kSteps + 1, kFolds);
+    bool is_usable = true;
+    for (int i = 0; i <= kSteps; ++i) {
+      const Eigen::MatrixX3d all = motion.torque_and_rates(j, late * i / kSteps);
+      Eigen::VectorXd T(X.rows());
+      for (Eigen::Index r = 0; r < X.rows(); ++r) {
+        const auto row = all.row(rows[static_cast<std::size_t>(r)]);
+        T[r] = row[0];
+        X.row(r).tail<2>() = row.tail<2>();
+      }
+      const Left left = left_by(X, T);
+      is_usable = is_usable && left.is_usable();
+      of_joint.row(i) = left.held_out.row(0);
+    }
+    if (is_usable) held_out.push_back(of_joint);
+  }
+  if (held_out.empty()) return {};
+  const Eigen::ArrayXd left = pooled(held_out, -1);
+  Eigen::Index least = 0;
+  left.minCoeff(&least);
+  const auto gain = [&](const Eigen::ArrayXd& x) { return x[kSteps] - x[least]; };
+  if (static_cast<double>(least) > kOfFilter * kSteps || gain(left) < kClear ||
+      gain(left) < kCertain * jackknife([&](int fold) { return gain(pooled(held_out, fold)); }))
+    return {};
+  return 1 / (2 * std::numbers::pi * late * d.dt());
 }
 
 }  // namespace
@@ -325,6 +382,14 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   const double least = std::max(kSmallest, (beyond < 0 ? kEarly : kFriction) / d.dt());
   const double certain = beyond < 0 ? kCertainLead : kCertain;
   if (std::abs(beyond) < std::max(least, certain * error)) return;
+  if (beyond > 0)
+    if (const auto corner = corner_of_filter(d, robot, motion, sight, samples)) {
+      finding.kind = FindingKind::kLowPass;
+      finding.size = *corner;
+      finding.unit = "Hz, about: the corner";
+      findings.push_back(finding);
+      return;
+    }
   say(samples, d.dt() * error);
 }
 

@@ -1,6 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "checks.hpp"
 #include "fricid/base/unit_of_joint.hpp"
@@ -66,6 +70,38 @@ void leave_out(data::RowMatrix& x, const Finding& f, const Eigen::VectorXd& t) {
       if (t[k] >= f.begin_s && t[k] <= f.end_s) x(k, j) = std::numeric_limits<double>::quiet_NaN();
 }
 
+// Positions beyond the limits of the robot's file, where no other finding is about the position.
+void check_limits(const data::Dataset& d, const dynamics::RobotModel& robot, Findings& findings) {
+  constexpr double kClear = 0.01;  // [rad or m]
+  if (std::ranges::any_of(findings, [](const Finding& f) {
+        return misleads(f) && f.signal.find('q') != std::string::npos;
+      }))
+    return;
+  for (int j = 0; j < d.n(); ++j) {
+    const dynamics::Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (joint.continuous || joint.upper <= joint.lower) continue;
+    std::vector<int> rows;
+    int farthest = 0;
+    double most = 0;
+    for (int k = 0; k < d.length(); ++k) {
+      const double beyond = std::max(d.q(k, j) - joint.upper, joint.lower - d.q(k, j));
+      if (!(beyond > kClear)) continue;
+      rows.push_back(k);
+      if (beyond > most) farthest = k;
+      most = std::max(most, beyond);
+    }
+    if (!rows.empty())
+      findings.push_back(
+          {.kind = FindingKind::kBeyondLimit,
+           .signal = "q",
+           .joint = j,
+           .begin_s = d.t[rows.front()],
+           .end_s = d.t[rows.back()],
+           .size = d.q(farthest, j),
+           .unit = fmt::format("rad, limits {:.4g} and {:.4g} rad", joint.lower, joint.upper)});
+  }
+}
+
 // Sizes of joints that slide are lengths and forces.
 void name_units(const dynamics::RobotModel& robot, Findings& findings) {
   for (Finding& f : findings)
@@ -119,7 +155,10 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
       misnamed.push_back(kind);
   }
   check_velocity(misnamed.empty() ? even : repair(even, findings, misnamed), findings);
-  if (robot != nullptr) name_units(*robot, findings);
+  if (robot != nullptr) {
+    check_limits(even, *robot, findings);
+    name_units(*robot, findings);
+  }
   return findings;
 }
 

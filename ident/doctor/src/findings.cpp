@@ -77,6 +77,10 @@ constexpr std::array kKinds{
              "scale of [position] in the contract: metres per raw value of a sliding joint, times "
              "57.2958 where the unit is deg",
              false, true},
+    KindInfo{FindingKind::kBeyondLimit, kNote,
+             "its zero or its sign may be another than that of the robot's file, or the limits are "
+             "not this robot's",
+             "compare a pose of the log with the arm", false},
     KindInfo{FindingKind::kTorqueUnit, kDamage, "all masses and friction are scaled",
              "correct kind, gear_ratio or scale of [torque] in the contract, or the masses of the "
              "robot's file",
@@ -102,11 +106,16 @@ constexpr std::array kKinds{
              "of columns of motors [[coupling]] in the contract, with kind = \"motor_torque\" or "
              "unit = \"motor_rad\" (gear_ratio 1 where it is in them); of joints neither",
              false, true},
-    KindInfo{
-        FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
-        "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
-        "or --fix delay moves the torque back; what a filter takes from the torque, neither does",
-        true, true},
+    KindInfo{FindingKind::kDelay, kDamage, "friction and inertia leak into each other",
+             "log both in the same cycle; delay_s of [torque] in the contract, where it is known, "
+             "or --fix delay moves the torque back; what a filter takes from the torque, neither "
+             "does",
+             true, true},
+    KindInfo{FindingKind::kLowPass, kDamage,
+             "the torque went through a filter that takes what friction and inertia do fast",
+             "log it unfiltered, or with a corner far above the motion; moving it back in time "
+             "does not undo it",
+             false, true},
     KindInfo{FindingKind::kDelayUnknown, kDamage, "friction and inertia leak into each other",
              "log motion and torque by one clock, and move fast enough that a delay shows", false,
              true},

@@ -29,6 +29,20 @@ Parabola local_fit(const data::RowMatrix& x, int column, int k, int half) {
   return {sum / N - c2 * s2 / N, first / s2, c2};
 }
 
+namespace {
+
+// The torque of a joint about sample i of a motion, moved back in time by `delay` samples.
+Parabola torque_near(const Motion& motion, int i, int joint, double delay) {
+  const double shift = delay - 0.5;
+  const int whole = static_cast<int>(std::lround(shift));
+  const Parabola p = local_fit(motion.log->tau, joint,
+                               motion.samples[static_cast<std::size_t>(i)] + whole, motion.half);
+  const double s = shift - whole;
+  return {p.at(s), p.c1 + 2 * p.c2 * s, p.c2};
+}
+
+}  // namespace
+
 data::RowMatrix smooth(const data::RowMatrix& x, int half) {
   constexpr int kPasses = 3;
   const Eigen::Index T = x.rows();
@@ -59,11 +73,16 @@ data::RowMatrix smooth(const data::RowMatrix& x, int half) {
 
 Eigen::VectorXd Motion::torque(int joint, double delay) const {
   Eigen::VectorXd tau(length());
-  const double shift = delay - 0.5;
-  const int whole = static_cast<int>(std::lround(shift));
-  for (int i = 0; i < length(); ++i)
-    tau[i] = local_fit(log->tau, joint, samples[static_cast<std::size_t>(i)] + whole, half)
-                 .at(shift - whole);
+  for (int i = 0; i < length(); ++i) tau[i] = torque_near(*this, i, joint, delay).c0;
+  return tau;
+}
+
+Eigen::MatrixX3d Motion::torque_and_rates(int joint, double delay) const {
+  Eigen::MatrixX3d tau(length(), 3);
+  for (int i = 0; i < length(); ++i) {
+    const Parabola p = torque_near(*this, i, joint, delay);
+    tau.row(i) << p.c0, p.c1 / dt, 2 * p.c2 / (dt * dt);
+  }
   return tau;
 }
 

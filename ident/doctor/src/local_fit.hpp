@@ -34,6 +34,8 @@ struct Motion {
   /// Torque (S) of a joint, moved back in time by `delay` samples. The torque tau_k is held to the
   /// next sample, so that it belongs half a sample later than q_k.
   Eigen::VectorXd torque(int joint, double delay) const;
+  /// The same with its first and second derivative by time (S, 3).
+  Eigen::MatrixX3d torque_and_rates(int joint, double delay) const;
 };
 
 /// At most `count` samples spread over the log, each with finite values all about it.

@@ -42,6 +42,7 @@ enum class FindingKind {
   kVelocity,
   kAngleUnit,
   kLengthUnit,
+  kBeyondLimit,
   kTorqueUnit,
   kMount,
   kNoGravity,
@@ -49,6 +50,7 @@ enum class FindingKind {
   kSwapped,
   kCoupled,
   kDelay,
+  kLowPass,
   kDelayUnknown,
   kTemperatureUnit,
   kTemperatureTrend,
@@ -57,7 +59,9 @@ enum class FindingKind {
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|wrap|jitter|uneven|clock_drift|missing|quantised|stuck|same|"
          "constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|"
-         "length_unit|torque_unit|mount|no_gravity|sign|swapped|coupled|delay|delay_unknown|"
+         "length_unit|beyond_limit|torque_unit|mount|no_gravity|sign|swapped|coupled|delay|low_"
+         "pass|delay_"
+         "unknown|"
          "temperature_unit|temperature_trend|segments";
 }
 

@@ -51,10 +51,11 @@ inline Severity severity_of(const Finding& finding) {
 
 inline bool is_damage(const Finding& finding) { return severity_of(finding) == Severity::kDamage; }
 
-/// Whether to tell of it unasked: damage, missing samples, and torque at the limit of the drive.
+/// Whether to tell of it unasked: damage, missing samples, torque at the limit of the drive, and
+/// positions beyond their limits.
 inline bool is_told(const Finding& finding) {
   return is_damage(finding) || finding.kind == FindingKind::kAtLimit ||
-         finding.kind == FindingKind::kMissing;
+         finding.kind == FindingKind::kBeyondLimit || finding.kind == FindingKind::kMissing;
 }
 
 /// One line: "damage: swapped: q tau of joint_a4 and joint_a5, 0-31.4 s: ...".
