@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "fricid/estimate/predict_torque.hpp"
+#include "fricid/estimate/torque/carry_over.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
 #include "fricid/estimate/torque/sum_start.hpp"
 #include "joint_logs.hpp"

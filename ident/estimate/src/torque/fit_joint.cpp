@@ -16,6 +16,7 @@
 #include "fricid/base/progress.hpp"
 #include "fricid/estimate/couplings.hpp"
 #include "fricid/estimate/prior.hpp"
+#include "fricid/estimate/torque/carry_over.hpp"
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "fricid/estimate/torque/networks.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"

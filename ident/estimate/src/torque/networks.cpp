@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "fricid/estimate/torque/carry_over.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {

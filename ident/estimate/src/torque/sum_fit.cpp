@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "fricid/estimate/torque/carry_over.hpp"
 #include "support.hpp"
 
 namespace fricid::estimate {

@@ -1,0 +1,162 @@
+#include "fricid/estimate/torque/carry_over.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "fricid/friction/laws/maxwell_slip.hpp"
+#include "fricid/friction/laws/stribeck_peak.hpp"
+
+namespace fricid::estimate {
+namespace {
+
+// A Stribeck curve in the memory beside another Stribeck torque: its speed over that of the other
+// at a start, and what it is where it says nothing.
+constexpr double kNarrower = 0.3, kWide = 0.5;  // vs over that of the other
+constexpr double kDead = 1.05, kRisen = 1.2;    // Fs over Fc
+
+/// Index in theta of the growth of the memory's friction with load, whatever the load is.
+int load_growth(const friction::RobotFriction& model, int j) {
+  const int of_motor = friction::find_parameter(model, j, "load", "mu");
+  return of_motor >= 0 ? of_motor : friction::find_parameter(model, j, "gear_load", "mu");
+}
+
+/// Parameter `wanted` of `to` becomes `given` of `from`; -1: there is none.
+void take_over(const Arm& from, int given, Arm& to, int wanted) {
+  if (given >= 0 && wanted >= 0)
+    to.friction.theta[static_cast<std::size_t>(wanted)] =
+        from.friction.theta[static_cast<std::size_t>(given)];
+}
+
+/// The Stribeck curve of a joint's memory and the Stribeck torque beside it, in theta.
+struct TwoCurves {
+  double &Fc, &Fs, &vs, &Ts_beside, &vs_beside;
+  const friction::ParameterInfo& of_vs;
+};
+std::optional<TwoCurves> two_curves(Arm& arm, int joint) {
+  using enum friction::Role;
+  const friction::RobotFriction& model = arm.friction.model;
+  const auto at = [&](int p) -> double& { return arm.friction.theta[static_cast<std::size_t>(p)]; };
+  const auto beside = [&](const char* symbol) {
+    return friction::find_parameter(model, joint, friction::StribeckPeak::kName, symbol);
+  };
+  if (beside("Ts") < 0) return std::nullopt;
+  const int vs = friction::find_parameter(model, joint, kStribeckVelocity);
+  return TwoCurves{at(friction::find_parameter(model, joint, kCoulomb)),
+                   at(friction::find_parameter(model, joint, kStatic)),
+                   at(vs),
+                   at(beside("Ts")),
+                   at(beside("vs")),
+                   model.parameters()[static_cast<std::size_t>(vs)].info};
+}
+
+}  // namespace
+
+int linear_viscous(const friction::RobotFriction& model, int joint) {
+  const int beside = friction::find_parameter(model, joint, "viscous", "Fv");
+  return beside >= 0 ? beside : friction::find_parameter(model, joint, friction::Role::kViscous);
+}
+
+std::optional<SpringIndices> single_spring(const friction::RobotFriction& friction, int joint) {
+  const auto index = [&](const char* symbol) {
+    return friction::find_parameter(friction, joint, friction::MaxwellSlip::kName, symbol);
+  };
+  if (index("K1") < 0 || index("K2") >= 0) return {};
+  return SpringIndices{static_cast<std::size_t>(index("K1")),
+                       static_cast<std::size_t>(index("W1"))};
+}
+
+bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
+  bool any = false;
+  for (std::size_t j = 0; j < cables.size(); ++j) {
+    const std::optional<SpringIndices> at = single_spring(friction.model, static_cast<int>(j));
+    if (cables[j].K == 0 || !at) continue;
+    friction.theta[at->K] = cables[j].K;
+    friction.theta[at->W] = cables[j].K * cables[j].length;
+    any = true;
+  }
+  return any;
+}
+
+Arm with_stribeck_curves(const Arm& from, Arm to) {
+  using enum friction::Role;
+  for (int j = 0; j < to.robot.n(); ++j)
+    for (const friction::Role role : {kCoulomb, kStatic, kStribeckVelocity})
+      take_over(from, find_parameter(from.friction.model, j, role), to,
+                find_parameter(to.friction.model, j, role));
+  return to;
+}
+
+Arm with_load_growth(const Arm& from, Arm to) {
+  for (int j = 0; j < to.robot.n(); ++j)
+    take_over(from, load_growth(from.friction.model, j), to, load_growth(to.friction.model, j));
+  return to;
+}
+
+Arm with_viscous_friction(const Arm& from, Arm to) {
+  for (int j = 0; j < to.robot.n(); ++j)
+    take_over(from, linear_viscous(from.friction.model, j), to,
+              linear_viscous(to.friction.model, j));
+  return to;
+}
+
+Arm with_stribeck_beside(Arm arm) {
+  for (int j = 0; j < arm.robot.n(); ++j)
+    if (const std::optional<TwoCurves> curves = two_curves(arm, j)) {
+      curves->Ts_beside = std::max(curves->Ts_beside, curves->Fs - curves->Fc);
+      curves->vs_beside = curves->vs;
+      curves->Fs = curves->Fc;
+    }
+  return arm;
+}
+
+std::optional<Arm> with_curves_in_memories(Arm arm) {
+  bool any = false;
+  for (int j = 0; j < arm.robot.n(); ++j)
+    if (const std::optional<TwoCurves> curves = two_curves(arm, j);
+        curves && (curves->Fs < kDead * curves->Fc || curves->vs > kWide * curves->vs_beside)) {
+      any = true;
+      const friction::ParameterInfo& vs = curves->of_vs;
+      curves->vs =
+          std::clamp(kNarrower * curves->vs_beside, vs.lower, std::max(vs.lower, vs.typical));
+      curves->Fs = std::max(curves->Fs, kRisen * curves->Fc);
+    }
+  return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
+}
+
+Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first) {
+  std::vector<friction::JointSpec> specs;
+  Arm out = first;
+  out.friction.theta.clear();
+  for (std::size_t j = 0; j < of_joint.size(); ++j) {
+    const friction::Friction& from = of_joint[j]->friction;
+    const int joint = static_cast<int>(j);
+    specs.push_back(from.model.joints()[j]);
+    out.friction.theta.insert(out.friction.theta.end(),
+                              from.theta.begin() + from.model.parameter_begin(joint),
+                              from.theta.begin() + from.model.parameter_begin(joint + 1));
+  }
+  out.friction.model = friction::RobotFriction(std::move(specs));
+  return out;
+}
+
+Arm carried_over(const Arm& from, Arm to) {
+  // a law of the sum keeps its parameters wherever it stands; modifiers are told apart by their law
+  const auto is_own = [](const Arm& arm, const friction::ParameterRef& p) {
+    return p.owner == arm.friction.model.joints()[static_cast<std::size_t>(p.joint)]
+                          .laws[static_cast<std::size_t>(p.law)]
+                          .law;
+  };
+  const auto is_carried = [&](const friction::ParameterRef& a, const friction::ParameterRef& b) {
+    return friction::is_same(a, b) || (a.joint == b.joint && a.owner == b.owner &&
+                                       a.symbol == b.symbol && is_own(from, a) && is_own(to, b));
+  };
+  to.robot.pi = from.robot.pi;
+  const auto& given = from.friction.model.parameters();
+  const auto& wanted = to.friction.model.parameters();
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    for (std::size_t k = 0; k < given.size(); ++k)
+      if (is_carried(given[k], wanted[i])) to.friction.theta[i] = from.friction.theta[k];
+  return to;
+}
+
+}  // namespace fricid::estimate
