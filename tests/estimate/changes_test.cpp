@@ -132,6 +132,38 @@ TEST(Changes, StrokesAtRisingSpeedsAreNone) {
   EXPECT_THAT(doubts_of(wheel.robot, log), testing::Not(HasSubstr("changes")));
 }
 
+// A pendulum that swings about another angle in each stretch, so that its weight loads the joint
+// by more or less, and with it its friction.
+TEST(Changes, FrictionThatGrowsWithTheLoadIsNone) {
+  constexpr double kRate = 250, kStretch = 9, kWeight = 10, kFc = 1, kFv = 0.5, kGrowth = 0.2;
+  Arm pendulum = test::flywheel(0.3, 1);
+  pendulum.robot.pi[1] = 1;  // mass times distance
+  pendulum.robot.gravity = {-kWeight, 0, 0};
+  const auto doubts = [&](double growth, double growth_later) {
+    data::Dataset log;
+    log.name = "swings";
+    log.joint_names = {pendulum.robot.joints[0].name};
+    log.rate_hz = kRate;
+    log.t = Eigen::VectorXd::LinSpaced(9000, 0, 8999 / kRate);
+    log.q.resize(9000, 1);
+    log.tau.resize(9000, 1);
+    Rng rng(5, 0);
+    for (int k = 0; k < 9000; ++k) {
+      const auto stretch = static_cast<std::size_t>(log.t[k] / kStretch);
+      const double centre = std::array{0.1, 0.5, 1.0, 1.5}[stretch], w = 2 + 0.2 * log.t[k] / 36;
+      const double v = 0.5 * w * std::cos(w * log.t[k]), a = -w * w * 0.5 * std::sin(w * log.t[k]);
+      log.q(k, 0) = centre + 0.5 * std::sin(w * log.t[k]);
+      const double load = 0.3 * a - kWeight * std::sin(log.q(k, 0));
+      const double now = stretch < 2 ? growth : growth_later;
+      log.tau(k, 0) =
+          load + std::copysign(kFc + now * std::abs(load), v) + kFv * v + 0.02 * rng.normal();
+    }
+    return doubts_of(pendulum.robot, log);
+  };
+  EXPECT_THAT(doubts(kGrowth, kGrowth), testing::Not(HasSubstr("changes")));
+  EXPECT_THAT(doubts(kGrowth, 3 * kGrowth), HasSubstr("friction changes"));
+}
+
 // As any gear warms, and no scale of the torque changes instead.
 TEST(Changes, FrictionThatFallsALittle) {
   const Arm cold = coulomb_arm(5e-3);

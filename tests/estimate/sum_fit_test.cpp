@@ -202,6 +202,29 @@ TEST(SumFit, ViscousFrictionThatLoadDoesNotScaleStaysOutOfTheMemory) {
   }
 }
 
+// Friction of the speed that grows with the load, beside a memory that does not.
+TEST(SumFit, PutsLoadOnViscousFrictionAndOnAStribeckTorque) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then Fv and mu
+    theta.push_back({6 * size, 3000 * size, 0, 2 * size, 0.03});
+  for (const friction::LvmParts& part :
+       parts_found({{{"dahl", 0, {}}, {"viscous", 0, {{"load", 1}}}}}, theta)) {
+    EXPECT_TRUE(part.loaded_viscous);
+    EXPECT_FALSE(part.loaded_stribeck);
+  }
+
+  theta.clear();
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then Ts, vs, v0 and mu
+    theta.push_back({6 * size, 3000 * size, 2 * size, 3 * size, 0.1, 0.01, 0.03});
+  int loaded = 0;
+  for (const friction::LvmParts& part :
+       parts_found({{{"dahl", 0, {}}, {"stribeck_peak", 0, {{"load", 1}}}}}, theta)) {
+    loaded += part.loaded_stribeck;
+    EXPECT_FALSE(part.loaded_viscous);
+  }
+  EXPECT_GE(loaded, 2);
+}
+
 // A bristle with a Stribeck torque that does not wait for it: the memory's own would.
 TEST(SumFit, HasAStribeckTorqueBesideTheMemory) {
   std::vector<std::vector<double>> theta;

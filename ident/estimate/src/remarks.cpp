@@ -20,6 +20,7 @@ constexpr double kBreaksAway = 1.1;     // the same of a break-away torque
 constexpr double kExplained = 0.2;      // share of a residual that is worth a word
 constexpr double kBends = 0.4;          // the same of a bend, which load may look like
 constexpr double kWorthBending = 0.02;  // of the largest torque
+constexpr double kMostBending = 0.6;    // of it: more is no torque constant
 
 }  // namespace
 
@@ -78,7 +79,8 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
                                   unit_of_joint("rad", spots[j].slides), spots[j].more,
                                   unit_of_joint("N m", spots[j].slides)));
   for (std::size_t j = 0; j < bends.size(); ++j)
-    if (bends[j].share > kBends && std::abs(bends[j].at_largest) > kWorthBending)
+    if (const double size = std::abs(bends[j].at_largest);
+        bends[j].share > kBends && size > kWorthBending && size < kMostBending)
       bent.push_back(fmt::format("{} ({:.0f} % by {:+.2g} % at the largest torque)",
                                  joints[j].joint, 100 * bends[j].share, 100 * bends[j].at_largest));
   std::vector<data::FittedRemark> remarks;

@@ -20,11 +20,20 @@ JointSpec lvm_sum(const LvmParts& parts) {
   if (parts.backlash) memory.modifiers.push_back({"backlash", 1});
   JointSpec joint;
   joint.laws.push_back(std::move(memory));
-  joint.laws.push_back(warm_and_directed({"viscous_power", 0, {}}));
-  if (parts.viscous && !parts.inner_viscous)
-    joint.laws.push_back(warm_and_directed({"viscous", 0, {}}));
+  const auto viscous = [&](const char* law) {
+    LawSpec spec{law, 0, {}};
+    if (parts.loaded_viscous) spec.modifiers.push_back({"load", 1});
+    joint.laws.push_back(warm_and_directed(std::move(spec)));
+  };
+  viscous("viscous_power");
+  if (parts.viscous && !parts.inner_viscous) viscous("viscous");
   if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
-  if (parts.stribeck) joint.laws.push_back({"stribeck_peak", 0, {}});
+  if (parts.stribeck) {
+    LawSpec peak{"stribeck_peak", 0, {}};
+    if (parts.loaded_stribeck) peak.modifiers.push_back({"load", 1});
+    if (parts.temperature) peak.modifiers.push_back({"temperature", 1});
+    joint.laws.push_back(std::move(peak));
+  }
   if (parts.cable) joint.laws.push_back({"maxwell_slip", 1, {}});
   if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
@@ -70,8 +79,17 @@ void set(LvmParts& parts, SumPart part, bool on) {
     case SumPart::kInnerViscous:
       parts.inner_viscous = on;
       return;
+    case SumPart::kLoadedViscous:
+      parts.loaded_viscous = on;
+      parts.inner_viscous = parts.inner_viscous && !on;
+      return;
+    case SumPart::kLoadedStribeck:
+      parts.stribeck = parts.stribeck || on;
+      parts.loaded_stribeck = on;
+      return;
     case SumPart::kStribeck:
       parts.stribeck = on;
+      parts.loaded_stribeck = parts.loaded_stribeck && on;
       return;
     case SumPart::kCable:
       parts.cable = on;

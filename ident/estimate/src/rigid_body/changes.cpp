@@ -157,8 +157,8 @@ Freedom freedom_of(Change what, const StackedByJoint& all, const Eigen::VectorXd
     if (what == Change::kFriction) {
       for (const Eigen::Index k : {all.Fc[at], all.Fv[at]})
         if (k >= 0) column[k] = x[k];
-      const Eigen::Index curve = all.plain - kCurves * (n - j);
-      column.segment(curve, kCurves) = x.segment(curve, kCurves);
+      const Eigen::Index curve = all.plain - all.curves * (n - j);
+      column.segment(curve, all.curves) = x.segment(curve, all.curves);
     }
   }
   return freedom;
@@ -287,7 +287,7 @@ Fault name_load(const dynamics::RobotModel& robot, const PiecewiseFit& fit,
 
 Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& stacked,
                      std::span<const signals::Recording> recordings) {
-  const StackedByJoint all = with_curves(stacked);
+  const StackedByJoint all = with_curves_under_load(stacked);
   Changes found;
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kPiece);
   if (pieces.size() < 2) return found;
@@ -327,7 +327,7 @@ Changes find_changes(const dynamics::RobotModel& robot, const StackedByJoint& st
 std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
                                           const StackedByJoint& stacked,
                                           std::span<const signals::Recording> recordings) {
-  const StackedByJoint all = with_curves(stacked);
+  const StackedByJoint all = with_curves_under_load(stacked);
   const std::vector<Piece> pieces = cut_in_pieces(all, recordings, kShortPiece);
   if (pieces.size() < 2) return {};
   const auto [fit, before, gain] =

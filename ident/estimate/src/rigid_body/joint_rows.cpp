@@ -160,9 +160,10 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
   return all;
 }
 
-StackedByJoint with_curves(const StackedByJoint& all) {
-  const Eigen::Index size = all.plain + kCurves * all.n();
+StackedByJoint with_curves(const StackedByJoint& all, std::span<const Eigen::VectorXd> loads) {
   StackedByJoint out;
+  out.curves = loads.empty() ? 2 : 3;
+  const Eigen::Index size = all.plain + out.curves * all.n();
   out.passage = all.passage;
   out.sequence = all.sequence;
   out.sample = all.sample;
@@ -182,13 +183,25 @@ StackedByJoint with_curves(const StackedByJoint& all) {
     if (all.Fc[at] >= 0 && all.Fv[at] >= 0 && X.rows() > 0) {
       const Eigen::ArrayXd direction = X.col(all.Fc[at]).array(),
                            speed = X.col(all.Fv[at]).array().abs();
-      const Eigen::Index first = all.plain + kCurves * j;
+      const Eigen::Index first = all.plain + out.curves * j;
       X.col(first) = direction * (speed / speed.mean()).sqrt();
       X.col(first + 1) = direction * (-speed / (kSlow * speed.mean())).exp();
+      if (!loads.empty()) {
+        const Eigen::ArrayXd load = loads[at].array().abs();
+        X.col(first + 2) = direction * load / std::max(load.mean(), 1e-300);
+      }
     }
     out.joints.push_back(with_rows(rows.at, std::move(X), rows.y));
   }
   return out;
+}
+
+StackedByJoint with_curves_under_load(const StackedByJoint& all) {
+  const StackedByJoint unloaded = with_curves(all);
+  const Solution solution = solve(unloaded, unloaded.plain);
+  std::vector<Eigen::VectorXd> loads;
+  for (const JointRows& joint : unloaded.joints) loads.emplace_back(joint.X * solution.x);
+  return with_curves(all, loads);
 }
 
 StackedByJoint with_columns(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& more) {

@@ -52,10 +52,11 @@ struct StackedByJoint {
   /// First the base parameters of the robot as it is given, then friction that any row excites,
   /// friction that grows with the load (n), springs.
   Eigen::Index base = 0, plain = 0, with_growth = 0, size = 0;
-  std::vector<int> parameters;     ///< (base) of the robot: columns of Y
-  std::vector<Columns> springs;    ///< of each joint
-  Eigen::MatrixXd K;               ///< (base, parameters of the robot), see `BaseParameters`
-  Columns Fc, Fv, offset;          ///< (n) column of each joint; -1: no row excites it
+  Eigen::Index curves = 0;       ///< columns of each joint's friction curve, behind the plain ones
+  std::vector<int> parameters;   ///< (base) of the robot: columns of Y
+  std::vector<Columns> springs;  ///< of each joint
+  Eigen::MatrixXd K;             ///< (base, parameters of the robot), see `BaseParameters`
+  Columns Fc, Fv, offset;        ///< (n) column of each joint; -1: no row excites it
   std::vector<std::string> names;  ///< of the plain columns
 
   int n() const { return static_cast<int>(joints.size()); }
@@ -72,9 +73,11 @@ StackedByJoint stack_by_joint(const dynamics::RobotModel& robot,
 /// Beside Coulomb and viscous friction, F sqrt(|v|) and F exp(-|v| / slow) of each joint, F being
 /// F[sign v], as plain columns behind the others: a motion whose speed changes from stretch to
 /// stretch would show a Stribeck curve, or viscous friction that is none, as a change.
-StackedByJoint with_curves(const StackedByJoint& all);
-/// Columns of each joint's friction curve.
-inline constexpr Eigen::Index kCurves = 2;
+/// @param loads  (n) of the rows of each joint: F |load| too, friction that grows with the load;
+///               empty: without
+StackedByJoint with_curves(const StackedByJoint& all, std::span<const Eigen::VectorXd> loads = {});
+/// The same under the load that the plain regression predicts.
+StackedByJoint with_curves_under_load(const StackedByJoint& all);
 
 /// The plain regression with further columns of each joint (N_j x ..) behind it.
 StackedByJoint with_columns(const StackedByJoint& all, const std::vector<Eigen::MatrixXd>& more);

@@ -14,10 +14,14 @@ namespace {
 constexpr double kNarrower = 0.3, kWide = 0.5;  // vs over that of the other
 constexpr double kDead = 1.05, kRisen = 1.2;    // Fs over Fc
 
-/// Index in theta of the growth of the memory's friction with load, whatever the load is.
+/// Index in theta of the growth of the memory's friction with load, whatever the load is; -1: there
+/// is none.
 int load_growth(const friction::RobotFriction& model, int j) {
-  const int of_motor = friction::find_parameter(model, j, "load", "mu");
-  return of_motor >= 0 ? of_motor : friction::find_parameter(model, j, "gear_load", "mu");
+  for (const char* load : {"load", "gear_load"})
+    if (const int mu = friction::find_parameter(model, j, load, "mu");
+        mu >= 0 && model.parameters()[static_cast<std::size_t>(mu)].law == 0)
+      return mu;
+  return -1;
 }
 
 /// Parameter `wanted` of `to` becomes `given` of `from`; -1: there is none.

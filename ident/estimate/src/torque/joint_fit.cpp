@@ -26,8 +26,8 @@ constexpr double kLeastFriction = 0.01;  // share of the torque: a start has som
 constexpr double kWorseByChance = 2;                       // with a prior, on few seconds
 constexpr double kMostLoadGain = 0.9, kCutLoadGain = 0.5;  // d friction / d load
 constexpr int kMostCuts = 3;
-constexpr int kMostLoads = 6;            // passes
-constexpr double kPromisingCable = 0.1;  // gain on the training rows
+constexpr int kMostLoads = 6;       // passes
+constexpr double kPromising = 0.1;  // gain on the training rows
 /// What makes friction grow with the load.
 bool is_growth(friction::Role role) {
   return role == friction::Role::kLoadGrowth || role == friction::Role::kLoadCoefficient;
@@ -244,6 +244,8 @@ bool JointFits::can_show(friction::SumPart part, int joint) const {
     case kLoad:
     case kPowerFlow:
     case kGearLoad:
+    case kLoadedViscous:
+    case kLoadedStribeck:
       return load_varies_[j];
     default:
       return true;
@@ -445,9 +447,19 @@ std::vector<Cable> JointFits::promising_cables(const Arm& arm) const {
   std::vector<Cable> cables(static_cast<std::size_t>(n()));
   parallel_for(n(), jobs_, [&](int j) {
     const Cable cable = strongest_cable(training_, arm, j);
-    if (cable.gain > kPromisingCable) cables[static_cast<std::size_t>(j)] = cable;
+    if (cable.gain > kPromising) cables[static_cast<std::size_t>(j)] = cable;
   });
   return cables;
+}
+
+std::vector<bool> JointFits::promises(friction::SumPart part, const Arm& arm) const {
+  std::vector<char> of_joint(static_cast<std::size_t>(n()));
+  parallel_for(n(), jobs_, [&](int j) {
+    const LoadedSpeed found = loaded_speed(training_, arm, j);
+    const double gain = part == friction::SumPart::kLoadedViscous ? found.viscous : found.stribeck;
+    of_joint[static_cast<std::size_t>(j)] = can_show(part, j) && gain > kPromising;
+  });
+  return {of_joint.begin(), of_joint.end()};
 }
 
 std::vector<PositionWave> JointFits::waves_of(const Arm& arm) const {

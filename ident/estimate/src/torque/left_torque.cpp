@@ -1,6 +1,7 @@
 #include "fricid/estimate/torque/left_torque.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include <Eigen/Cholesky>
@@ -15,6 +16,7 @@ constexpr int kStretchesOfTravel = 48;
 /// Positions of a joint at its rows, its torque as the arm predicts it, and what it leaves.
 struct Left {
   Eigen::ArrayXd q;          // [rad]
+  Eigen::ArrayXd v;          // [rad/s]
   Eigen::ArrayXd direction;  // sign of the speed
   Eigen::ArrayXd predicted;  // [N m]
   Eigen::VectorXd torque;    // [N m]
@@ -35,16 +37,17 @@ void turn(Eigen::MatrixX3d& X, const Eigen::MatrixX3d& by) {
 }
 
 Left left_of(const ArmTorqueData& data, const Arm& arm, int j) {
-  Left left{{}, {}, {}, -data.residual(arm, j)};
+  Left left{{}, {}, {}, {}, -data.residual(arm, j)};
   left.predicted = data.joint(j).tau - left.torque;
   left.q.resize(left.torque.size());
-  left.direction.resize(left.torque.size());
+  left.v.resize(left.torque.size());
   Eigen::Index r = 0;
   for (std::size_t s = 0; s < data.recordings().size(); ++s)
     for (const int k : data.joint(j).row[s]) {
       left.q[r] = data.recordings()[s].narrow.q(k, j);
-      left.direction[r++] = data.recordings()[s].narrow.v(k, j) < 0 ? -1 : 1;
+      left.v[r++] = data.recordings()[s].narrow.v(k, j);
     }
+  left.direction = (left.v < 0).select(-Eigen::ArrayXd::Ones(left.v.size()), 1);
   return left;
 }
 
@@ -83,6 +86,44 @@ PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& 
   return best;
 }
 
+LoadedSpeed loaded_speed(const ArmTorqueData& training, const Arm& arm, int j) {
+  constexpr double kSlowest = 0.01;  // [rad/s]
+  constexpr int kOctaves = 6;
+  constexpr double kRidge = 1e-9;  // of columns of unit length
+  const Left left = left_of(training, arm, j);
+  const Eigen::Index rows = left.torque.size();
+  if (rows < kFewestRows) return {};
+  const Eigen::ArrayXd load = left.predicted.abs();
+  // beside `peak`, the last column is the candidate
+  const auto rise = [&](const Eigen::ArrayXd& peak, const Eigen::ArrayXd& candidate) {
+    Eigen::MatrixXd X(rows, 7);
+    X << Eigen::VectorXd::Ones(rows), left.v.matrix(), left.direction.matrix(),
+        (load * left.direction).matrix(), (load.square() * left.direction).matrix(), peak.matrix(),
+        candidate.matrix();
+    const Eigen::RowVectorXd size = X.colwise().norm().cwiseMax(1e-300);
+    X = (X * size.cwiseInverse().asDiagonal()).eval();
+    const auto rest = [&](Eigen::Index count) {
+      const Eigen::MatrixXd some = X.leftCols(count);
+      Eigen::MatrixXd H = some.transpose() * some;
+      H.diagonal().array() += kRidge;
+      const Eigen::VectorXd found = H.ldlt().solve(some.transpose() * left.torque);
+      return std::max((left.torque - some * found).squaredNorm(), 1e-300);
+    };
+    return rest(6) / rest(7) - 1;
+  };
+  LoadedSpeed found;
+  const double scale = dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(j)]);
+  for (int octave = 0; octave <= kOctaves; ++octave) {
+    const double vs = scale * std::ldexp(kSlowest, octave);
+    const Eigen::ArrayXd peak = left.direction * (-(left.v / vs).square()).exp();
+    found.stribeck = std::max(found.stribeck, rise(peak, peak * load));
+    // what the peak explains of viscous friction under load is no proof of it
+    const double viscous = rise(peak, left.v * load);
+    found.viscous = octave == 0 ? viscous : std::min(found.viscous, viscous);
+  }
+  return found;
+}
+
 TightSpot tightest_spot(const ArmTorqueData& training, const ArmTorqueData& held_out,
                         const Arm& arm, int j) {
   const Left fitted = left_of(training, arm, j), judged = left_of(held_out, arm, j);
@@ -117,11 +158,13 @@ TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out,
   if (std::min(fitted.q.size(), judged.q.size()) < kFewestRows) return {};
   const double largest = fitted.predicted.abs().maxCoeff();
   if (!(largest > 0)) return {};
+  // the last column is the bend
   const auto columns = [&](const Left& left) {
-    const Eigen::ArrayXd tau = left.predicted / largest;
-    Eigen::MatrixXd X(tau.size(), 5);
-    X << Eigen::VectorXd::Ones(tau.size()), tau.matrix(), (left.direction * tau.abs()).matrix(),
-        (left.direction * tau.square()).matrix(), tau.cube().matrix();
+    const Eigen::ArrayXd tau = left.predicted / largest, size = tau.abs();
+    Eigen::MatrixXd X(tau.size(), 7);
+    X << Eigen::VectorXd::Ones(tau.size()), tau.matrix(), (left.direction * size).matrix(),
+        (left.direction * tau.square()).matrix(), left.v.matrix(), (left.v * size).matrix(),
+        tau.cube().matrix();
     return X;
   };
   const Eigen::MatrixXd X = columns(fitted), of_judged = columns(judged);
@@ -131,8 +174,8 @@ TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out,
     return judged.torque - of_judged.leftCols(count) * found;
   };
   Eigen::VectorXd found;
-  const Eigen::VectorXd without = rest(4, found), with = rest(5, found);
-  return {.at_largest = found[4] / largest, .share = share_of(with, without)};
+  const Eigen::VectorXd without = rest(X.cols() - 1, found), with = rest(X.cols(), found);
+  return {.at_largest = found[X.cols() - 1] / largest, .share = share_of(with, without)};
 }
 
 }  // namespace fricid::estimate

@@ -85,8 +85,12 @@ class SumChoice {
     try_gaps();
     try_bristles_behind_gaps();
     if (try_inner_viscous()) try_bristles();
+    if (try_under_load(SumPart::kLoadedViscous)) try_bristles();
     // a few seconds are no proof for what stands beside the memory, or against a part
-    if (!fits_->is_short() && try_stribeck()) try_bristles();
+    if (!fits_->is_short() && try_stribeck()) {
+      try_under_load(SumPart::kLoadedStribeck);
+      try_bristles();
+    }
     try_ripples();
     if (fits_->is_short()) return;
     try_bristles_and_cables();
@@ -127,6 +131,26 @@ class SumChoice {
     take(SumPart::kGearLoad, gears, [&](const PartEvidence& part) {
       return proven && part.on &&
              has(with[static_cast<std::size_t>(part.joint)], SumPart::kGearLoad);
+    });
+  }
+
+  /// Load on friction of the speed alone, where the residual of a joint looks like it. Load on the
+  /// memory may have stood for it, far from both: a start that knows nothing may be nearer.
+  /// @return whether a joint has it
+  bool try_under_load(SumPart part) {
+    const std::vector<bool> promises = fits_->promises(part, fitted_);
+    if (std::ranges::none_of(promises, std::identity())) return false;
+    Parts with = parts_;
+    for (std::size_t j = 0; j < with.size(); ++j)
+      if (fits_->can_show(part, static_cast<int>(j)) &&
+          (part == SumPart::kLoadedViscous || with[j].stribeck))
+        set(with[j], part, true);
+    if (with == parts_) return false;
+    const Parts before = parts_;
+    const Arm loaded = better_of_each_joint(fit(from_fitted(with)), fit(fits_->start(with), true));
+    return take(part, loaded, [&](const PartEvidence& of_joint) {
+      const auto j = static_cast<std::size_t>(of_joint.joint);
+      return with[j] != before[j] && of_joint.on && explains_enough(of_joint);
     });
   }
 

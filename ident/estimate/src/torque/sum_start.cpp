@@ -229,7 +229,8 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const double Fc = coulomb_friction(friction, p);
     if (p.info.role == Role::kAttraction) within(kSlowReturn * Fc, kFastReturn * Fc);
     if (p.info.role == Role::kLoadGrowth && !is_of_load_law(model, p))
-      limits.push_back({i, p.info.lower, std::max(value, kMostLoss / std::max(Fc, 1e-3))});
+      limits.push_back({i, p.info.lower,
+                        Fc > 0 ? std::max(value, kMostLoss / std::max(Fc, 1e-3)) : p.info.upper});
   }
   return limits;
 }

@@ -30,13 +30,15 @@ struct LvmParts {
   bool gear_load = false;    ///< of what the gear hands on, instead of the motor's torque
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
   bool asymmetry = true;
-  int ripples = 1;             ///< waves over the joint angle, of the memory
-  bool viscous = true;         ///< linear viscous torque beside that of a power
-  bool inner_viscous = false;  ///< the linear one under the memory's modifiers, not beside it
-  bool stribeck = false;       ///< a Stribeck torque of the speed alone, beside the memory
-  bool backlash = false;       ///< a gap before the memory
-  bool cable = false;          ///< a soft spring that slips late, beside the memory
-  int network = 0;             ///< units of the network for what the laws leave; 0: none
+  int ripples = 1;               ///< waves over the joint angle, of the memory
+  bool viscous = true;           ///< linear viscous torque beside that of a power
+  bool inner_viscous = false;    ///< the linear one under the memory's modifiers, not beside it
+  bool loaded_viscous = false;   ///< load as a modifier of the viscous torques beside the memory
+  bool stribeck = false;         ///< a Stribeck torque of the speed alone, beside the memory
+  bool loaded_stribeck = false;  ///< load as a modifier of it
+  bool backlash = false;         ///< a gap before the memory
+  bool cable = false;            ///< a soft spring that slips late, beside the memory
+  int network = 0;               ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
 };
@@ -55,14 +57,16 @@ enum class SumPart {
   kTemperature,
   kViscous,
   kInnerViscous,
+  kLoadedViscous,
   kStribeck,
+  kLoadedStribeck,
   kCable,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|third_ripple|"
          "temperature|"
-         "viscous|inner_viscous|stribeck|cable|network";
+         "viscous|inner_viscous|loaded_viscous|stribeck|loaded_stribeck|cable|network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
@@ -73,10 +77,11 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///
 ///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
 ///                     backlash}; gear_load instead of load with `gear_load`
-///     viscous torque  viscous_power and, with `viscous`, viscous, each {temperature, asymmetry};
-///                     the linear one in the memory instead of beside it with `inner_viscous`
+///     viscous torque  viscous_power and, with `viscous`, viscous, each {load, temperature,
+///                     asymmetry}; the linear one in the memory instead of beside it with
+///                     `inner_viscous`
 ///     load part       load_dependent
-///     Stribeck part   stribeck_peak, which waits for no spring as that of the memory does
+///     Stribeck part   stribeck_peak {load}, which waits for no spring as that of the memory does
 ///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends
 ///     network         memory_network, for what the laws leave
 ///

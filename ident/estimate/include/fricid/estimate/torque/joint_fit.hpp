@@ -114,6 +114,11 @@ class JointFits {
   /// gains less than a tenth.
   std::vector<Cable> promising_cables(const Arm& arm) const;
 
+  /// Per joint whether friction of the speed that grows with the load, `part`, would explain a
+  /// tenth of the training torque that `arm` leaves (`loaded_speed`).
+  /// @pre part is kLoadedViscous or kLoadedStribeck
+  std::vector<bool> promises(friction::SumPart part, const Arm& arm) const;
+
   /// Per joint the `strongest_wave` in the torque that `arm` leaves.
   std::vector<PositionWave> waves_of(const Arm& arm) const;
   /// Per joint the `tightest_spot` in the torque that `arm` leaves.

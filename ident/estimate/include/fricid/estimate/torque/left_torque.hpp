@@ -21,6 +21,19 @@ struct PositionWave {
 PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& held_out,
                             const Arm& arm, int j);
 
+/// What explains more of the torque that an arm leaves of a joint: friction of the speed alone that
+/// grows with the load. Relative rises of the mean square without it [1].
+struct LoadedSpeed {
+  double viscous = 0;   ///< by c v |l|
+  double stribeck = 0;  ///< by c exp(-(v/vs)^2) |l|, against the motion
+};
+
+/// By linear regression on the training rows beside a constant, Coulomb and viscous friction, the
+/// Stribeck torque itself, and friction that grows with the load l, the torque that the arm
+/// predicts, and with its square; of a grid of vs (.01 to .64 rad/s, sliding a tenth in m/s) the
+/// best.
+LoadedSpeed loaded_speed(const ArmTorqueData& training, const Arm& arm, int j);
+
 /// Friction that is larger at one place of a joint's travel, as of a bent shaft or a worn tooth.
 struct TightSpot {
   double at = 0;     ///< its place [rad or m]
@@ -41,8 +54,9 @@ struct TorqueBend {
   double share = 0;       ///< as of a `PositionWave`
 };
 
-/// The bend, beside a constant, a factor, and friction in the torque and its square, which changes
-/// its sign with the speed; found and judged as the `strongest_wave`, by what it gains over these.
+/// The bend, beside a constant, a factor, friction in the torque and its square, which changes its
+/// sign with the speed, and viscous friction that grows with the torque; found and judged as the
+/// `strongest_wave`, by what it gains over these.
 TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out, const Arm& arm,
                    int j);
 
