@@ -11,6 +11,7 @@
 #include "fricid/base/lowest_point.hpp"
 #include "fricid/dynamics/algorithms.hpp"
 #include "fricid/dynamics/base_parameters.hpp"
+#include "fricid/signals/periods.hpp"
 #include "fricid/signals/speed_range.hpp"
 #include "fricid/system/transmission.hpp"
 #include "sight.hpp"
@@ -55,12 +56,13 @@ Eigen::MatrixXd regressors(const dynamics::RobotModel& robot, const Sight& s, in
   return X;
 }
 
-constexpr int kFolds = 10;  // stretches of the log, each left out in turn
+constexpr double kChance = 2.5;  // [s^2] over the square of those of sliding: gains of friction
+constexpr int kFolds = 10;       // stretches of the log, each left out in turn
 
 /// Squares that regressions leave of the torque of each joint, moved back by each delay on a grid.
 struct DelayCurves {
   double first, step;  // of the grid [samples]
-  double seconds = 0;  // in which a joint slides, of the one that does so longest
+  double seconds = 0;  // of motion that does not repeat in which a joint slides, of the longest
   /// Per joint (delays, stretches): of regressions on the whole log, and on the other stretches.
   std::vector<Eigen::ArrayXXd> fitted, held_out;
   std::vector<int> joint;  ///< of each curve
@@ -216,7 +218,7 @@ std::optional<LateJoint> late_joint(const DelayCurves& curves, Eigen::Index unde
     const Eigen::ArrayXd held_out = curves.held_out[one.curve].rowwise().sum();
     const double gain = std::log(held_out[undelayed] / held_out.minCoeff());
     if (std::abs(kEarliest + one.delay * step_s) < kLongest && apart * step_s < kAgree &&
-        gain > kClearOfOne &&
+        gain > std::max(kClearOfOne, kChance / (curves.seconds * curves.seconds)) &&
         std::abs(one.delay - mean) > std::max(kApart / step_s, kCertainOfOne * error))
       return LateJoint{curves.joint[one.curve], {one.delay, error}};
   }
@@ -241,8 +243,13 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
                      .held_out = {},
                      .joint = {}};
   const int steps = static_cast<int>((kLatest - kEarliest) / d.dt() / curves.step) + 1;
+  const int period = signals::period_of(d.q, d.dt());
+  const int whole = period > 0 ? period : d.length();
+  const auto phase = [&](int row) { return motion.samples[static_cast<std::size_t>(row)] % whole; };
   for (int j = 0; j < d.n(); ++j) {
-    const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
+    // of a cycle that repeats a stretch is left out in every pass
+    std::vector<int> rows = sight.rows[static_cast<std::size_t>(j)];
+    std::ranges::stable_sort(rows, {}, phase);
     const Eigen::MatrixXd X = regressors(robot, sight, j, columns, rows);
     if (X.rows() < 3 * X.cols() || !has_speeds(sight, j)) continue;
     Eigen::MatrixXd T(X.rows(), steps);
@@ -250,8 +257,8 @@ DelayCurves delay_curves(const data::Dataset& d, const dynamics::RobotModel& rob
       const Eigen::VectorXd all = motion.torque(j, curves.delay_of(i));
       for (Eigen::Index r = 0; r < X.rows(); ++r) T(r, i) = all[rows[static_cast<std::size_t>(r)]];
     }
-    curves.seconds = std::max(
-        curves.seconds, d.length() * d.dt() * static_cast<double>(X.rows()) / motion.length());
+    curves.seconds =
+        std::max(curves.seconds, whole * d.dt() * static_cast<double>(X.rows()) / motion.length());
     Left left = left_by(X, T);
     if (!left.is_usable()) continue;
     curves.joint.push_back(j);
@@ -322,7 +329,6 @@ void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, cons
   constexpr double kBeyond = 5;     // the same, where the best shift is an end of the search
   constexpr double kEarly = 0.01;   // [s] by which the torque of an elastic gear may lead
   constexpr double kClear = 0.035;  // log of the factor of the residuals' variance
-  constexpr double kChance = 2.5;   // [s^2] over the square of those of sliding: gains of friction
   // the same of a torque that leads: that of one joint after the other seems to, from break-away on
   constexpr double kChanceOfLead = 30;
   constexpr double kOfSize = 3;  // [1/s] gain by a delay of a second: ripples gain a little by any
