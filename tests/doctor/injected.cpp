@@ -312,6 +312,26 @@ std::vector<Injection> make_injections() {
            d.tau.row(k) = (1 - share) * d.tau.row(k - 1) + share * d.tau.row(k);
          return Injected{"low_pass"};
        }},
+      {"1 % of the rows lost, time by the number of rows",
+       [](D d, R, Rng& rng) {
+         std::vector<int> rows;
+         for (int k = 0; k < d.length(); ++k)
+           if (rng.uniform() > 0.01) rows.push_back(k);
+         const Eigen::VectorXd t = d.t.head(std::ssize(rows));
+         keep_rows(d, rows);
+         d.t = t;
+         return Injected{"lost"};
+       }},
+      {"rows of two robots in turn",
+       [](D d, R, Rng&) {
+         std::vector<int> rows;  // of the second robot another part of the motion
+         for (int k = 0; k < d.length(); ++k)
+           rows.push_back(k % 2 == 0 ? k : (k + d.length() / 3) % d.length());
+         const Eigen::VectorXd t = d.t;
+         keep_rows(d, rows);
+         d.t = t;
+         return Injected{"in_turn"};
+       }},
   };
 }
 

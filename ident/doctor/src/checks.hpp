@@ -16,6 +16,13 @@ using Findings = std::vector<Finding>;
 void check_restarts(const data::Dataset& d, Findings& findings);
 /// held: positions or torques that change at every m-th row alone. @pre one recording
 std::optional<Finding> find_held(const data::Dataset& d);
+/// in_turn: rows of two to four sources one after the other, of which each is smooth: most
+/// positions leap from row to row by ten times what they move from a row of a source to its next.
+/// @pre one recording
+std::optional<Finding> find_sources_in_turn(const data::Dataset& d);
+/// lost: steps of twice to six times those before and after, in all joints that move and at most
+/// by chance one and a half times, while the time runs on evenly. @pre even times
+std::optional<Finding> find_lost_rows(const data::Dataset& d);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);
 /// missing, stuck, same, constant, still, quantised, saturated, spike, jump, repeated,

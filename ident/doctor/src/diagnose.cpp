@@ -115,6 +115,8 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   Findings findings;
   check_restarts(d, findings);
   if (findings.empty())
+    if (const std::optional<Finding> in_turn = find_sources_in_turn(d)) return {*in_turn};
+  if (findings.empty())
     if (std::optional<Finding> held = find_held(d)) findings.push_back(std::move(*held));
   if (!findings.empty()) {
     const FindingKind kind = findings[0].kind;
@@ -139,6 +141,13 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
                             [&](const Finding& f) { return f.kind == kind && can_be_repaired(f); }))
       mended.push_back(kind);
   data::Dataset even = mended.empty() ? d : repair(d, findings, mended);
+  if (const std::optional<Finding> lost = find_lost_rows(even)) {
+    // what moves on while a row is lost seems to slip
+    std::erase_if(findings, [](const Finding& f) {
+      return f.kind == FindingKind::kJump && !can_be_repaired(f);
+    });
+    findings.push_back(*lost);
+  }
   for (data::RowMatrix* x : {&even.q, &even.tau, &even.v}) bridge(*x);
   for (const Finding& f : findings) {
     const bool slips = f.kind == FindingKind::kJump && !can_be_repaired(f);

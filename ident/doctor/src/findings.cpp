@@ -21,6 +21,15 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kRestart, kDamage,
              "two recordings in one file; nothing else was examined",
              "split the file there, a recording each", false, true},
+    KindInfo{FindingKind::kInTurn, kDamage,
+             "rows of several sources, as of two robots, follow each other; nothing else was "
+             "examined",
+             "a file for each source", false, true},
+    KindInfo{
+        FindingKind::kLost, kDamage,
+        "rows are lost where the time runs on: speed and acceleration leap there, and all that "
+        "follows comes too early",
+        "log the controller's own time stamps, or a counter of samples as time", false, true},
     KindInfo{FindingKind::kWrap, kDamage, "the time goes back where its counter is full",
              "--fix wrap lets it go on; or log a counter of 64 bits", true, true},
     KindInfo{FindingKind::kJitter, kDamage, "velocity and acceleration are noisy",

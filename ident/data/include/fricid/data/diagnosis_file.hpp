@@ -23,6 +23,8 @@ enum class FindingKind {
   kGap,
   kDuplicate,
   kRestart,
+  kInTurn,
+  kLost,
   kWrap,
   kJitter,
   kUneven,
@@ -57,7 +59,8 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|wrap|jitter|uneven|clock_drift|missing|quantised|stuck|same|"
+  return "rate|gap|duplicate|restart|in_turn|lost|wrap|jitter|uneven|clock_drift|missing|quantised|"
+         "stuck|same|"
          "constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|angle_unit|"
          "length_unit|beyond_limit|torque_unit|mount|no_gravity|sign|swapped|coupled|delay|low_"
          "pass|delay_"
