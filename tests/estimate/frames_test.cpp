@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -18,12 +19,16 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// What the file of the small arm has against two logs of an arm.
-std::string doubts_of(const Arm& arm) {
+/// What the file of the small arm has against two logs of an arm, of which one joint may have been
+/// read as if its gear had another ratio, and its torque by a factor.
+std::string doubts_of(const Arm& arm, int joint = 0, double ratio = 1, double torque = 1) {
   std::vector<signals::Recording> recordings;
-  for (const std::uint64_t seed : {1, 2})
-    recordings.push_back(signals::make_recording(
-        make_log(arm, {.seconds = 24, .torque_noise = 0.03, .seed = seed}), 10));
+  for (const std::uint64_t seed : {1, 2}) {
+    data::Dataset log = make_log(arm, {.seconds = 24, .torque_noise = 0.03, .seed = seed});
+    log.q.col(joint) /= ratio;
+    log.tau.col(joint) *= ratio * torque;
+    recordings.push_back(signals::make_recording(std::move(log), 10));
+  }
   return fmt::format("{}", fmt::join(examine_data(small_arm(), recordings, {}).doubts, "\n"));
 }
 
@@ -74,6 +79,18 @@ TEST(Frames, AnotherZeroOfAJointIsToldAsThat) {
     ASSERT_NE(at, std::string::npos) << doubts;
     EXPECT_NEAR(std::stod(doubts.substr(at + key.size())), by, 0.02) << doubts;
   }
+}
+
+// Reference: the ratio by which motion and torque were read wrong.
+TEST(Frames, AGearOfAnotherRatioIsToldWithIt) {
+  for (const int joint : {1, 2})
+    for (const double ratio : {1.1, 0.7}) {
+      const std::string doubts = doubts_of(coulomb_arm(5e-3), joint, ratio);
+      const std::string key = fmt::format("j{}: its gear has another ratio: it moves ", joint + 1);
+      ASSERT_THAT(doubts, HasSubstr(key));
+      EXPECT_NEAR(std::stod(doubts.substr(doubts.find(key) + key.size())), ratio, 0.02) << doubts;
+    }
+  EXPECT_THAT(doubts_of(coulomb_arm(5e-3), 2, 1, 1.3), Not(HasSubstr("ratio: it moves")));
 }
 
 TEST(Frames, AFewMillimetresAndFrictionWithMemoryAreNoFault) {

@@ -16,6 +16,7 @@
 #include "rigid_body/changes.hpp"
 #include "rigid_body/contradicting_logs.hpp"
 #include "rigid_body/frames.hpp"
+#include "rigid_body/gears.hpp"
 #include "rigid_body/information.hpp"
 #include "rigid_body/joint_rows.hpp"
 #include "rigid_body/tilt.hpp"
@@ -149,6 +150,16 @@ std::vector<Fault> faults_of(const MovedFrames& frames, const dynamics::RobotMod
                       "mend <origin> and <axis> in the URDF, or take that of this arm"});
   }
   return faults;
+}
+
+Fault fault_of(const OtherGear& gear, const dynamics::RobotModel& robot) {
+  return {
+      robot.joints[static_cast<std::size_t>(gear.joint)].name,
+      fmt::format("its gear has another ratio: it moves {:.3g} +- {:.1g} times as far as was "
+                  "logged, and its torque is as many times less: {:.3g} times less of each joint "
+                  "unexplained",
+                  gear.ratio, gear.standard_error, std::exp(gear.gain / robot.n())),
+      "correct gear_ratio of [position] and [torque] in the contract, or the unit of the encoder"};
 }
 
 /// Log of the share of the torque's variance that a regression leaves, in sum over the joints.
@@ -323,6 +334,10 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   // another geometry makes logs of other poses differ
   const MovedFrames frames = find_moved_frames(robot, all, recordings, options);
   const double others = std::max({springs.gain, scales.gain, tilt ? tilt->gain : 0});
+  // another ratio has one unknown, and other causes stand for it
+  const std::optional<OtherGear> gear = find_other_gear(robot, all, recordings, options);
+  if (gear && gear->gain > std::max(others, frames.gain - kOfFrames))
+    return {fault_of(*gear, robot)};
   if (!frames.joints.empty() && frames.gain > others + kOfFrames) return faults_of(frames, robot);
   faults = find_differences(robot, all, recordings, options);
   if (!faults.empty()) return faults;
