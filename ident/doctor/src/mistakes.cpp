@@ -108,10 +108,15 @@ std::vector<CoupledArm> coupled_arms(const dynamics::RobotModel& robot) {
   return arms;
 }
 
-/// Time in which a joint slides [s].
+/// Time in which a joint slides, twice that in the rarer direction [s]: the friction of one
+/// direction alone is a constant torque.
 double seconds_of(const data::Dataset& d, const Motion& motion, const Sight& sight, int j) {
-  const auto rows = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
-  return std::max(1.0, rows) / motion.length() * d.length() * d.dt();
+  constexpr double kOneWay = 0.1;  // that time counts by itself
+  const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
+  const auto back = std::ranges::count_if(rows, [&](int k) { return motion.v(k, j) < 0; });
+  const auto all = static_cast<double>(rows.size()),
+             rarer = static_cast<double>(std::min(back, std::ssize(rows) - back));
+  return std::max({1.0, kOneWay * all, 2 * rarer}) / motion.length() * d.length() * d.dt();
 }
 
 /// Whether a joint slides in both directions: in one alone its friction is a constant torque, with
@@ -365,7 +370,7 @@ void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, co
       return judge.unexplained_with_centre(sight, j) < kMirrored * e.unexplained;
     };
     if (far_off(e, most ? kFarOff : kFarOffAlone) && !may_be_centre(*robot, e, j) &&
-        (most || !centre_explains()))
+        (most || (slides_both_ways(motion, sight, j) && !centre_explains())))
       findings.push_back(
           describe(d, motion, unit, e.scale,
                    fmt::format("times the nominal torque{}",
