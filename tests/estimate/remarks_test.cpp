@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "fricid/base/not_finite.hpp"
 
 namespace fricid::estimate {
@@ -48,6 +52,20 @@ TEST(Remarks, StaticFrictionFarBelowThatOfSliding) {
   ASSERT_THAT(remarks, SizeIs(1));
   EXPECT_THAT(remarks[0].found, HasSubstr("shoulder (Fs 1.9 of 4)"));
   EXPECT_THAT(remarks[0].meaning, HasSubstr("no break-away torque"));
+}
+
+TEST(Remarks, AStribeckTorqueBesideTheLawIsStaticFrictionToo) {
+  Fitted fitted;
+  std::vector<friction::JointSpec> specs = fitted.friction.joints();
+  for (friction::JointSpec& spec : specs) spec.laws.push_back({"stribeck_peak", 0, {}});
+  fitted.friction = friction::RobotFriction(std::move(specs));
+  for (data::FittedJoint& joint : fitted.joints)
+    for (const char* symbol : {"Ts", "vs", "v0"})
+      joint.parameters.push_back({symbol, symbol == std::string("Ts") ? 1.0 : 0.1, 0.01, 0.01});
+  fitted.joints[0].parameters[1].value = 1.5;
+  EXPECT_THAT(fitted.remarks(), IsEmpty());
+  fitted.joints[0].parameters[1].value = 0.5;
+  EXPECT_THAT(fitted.remarks(), SizeIs(1));
 }
 
 TEST(Remarks, BreakAwayThatFallsWithinTheLeastSpeed) {

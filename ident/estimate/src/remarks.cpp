@@ -33,6 +33,11 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const data::FittedJoint& joint = joints[j];
     const auto begin = static_cast<std::size_t>(friction.parameter_begin(static_cast<int>(j)));
+    double beside = 0;  // Stribeck torques of the speed alone
+    for (std::size_t i = 0; i < joint.parameters.size(); ++i)
+      if (friction.parameters()[begin + i].info.role == friction::Role::kStatic &&
+          coulomb_beside(friction, begin + i) < 0)
+        beside += joint.parameters[i].value;
     for (std::size_t i = 0; i < joint.parameters.size(); ++i) {
       const data::FittedParameter& parameter = joint.parameters[i];
       const friction::Role role = friction.parameters()[begin + i].info.role;
@@ -60,7 +65,7 @@ std::vector<data::FittedRemark> remarks_on(std::span<const data::FittedJoint> jo
           narrow.push_back(fmt::format("{} of {} ({} on its least, {:.2g} rad/s)", parameter.symbol,
                                        joint.joint, joint.parameters[k].symbol,
                                        joint.parameters[k].value));
-      if (parameter.value < kWeak * Fc)
+      if (parameter.value + beside < kWeak * Fc)
         weak.push_back(fmt::format("{} ({} {:.2g} of {:.3g})", joint.joint, parameter.symbol,
                                    parameter.value, Fc));
     }
