@@ -15,6 +15,7 @@ constexpr double kWorthTrying = 0.3;                   // the same of first orde
 constexpr double kOfBest = 0.2;                        // .. and over that of the best joint
 constexpr double kLeast = 0.03;                        // log of a ratio
 constexpr double kCertain = 4;                         // standard errors of it
+constexpr double kKnown = 0.02;                        // largest standard error of it
 constexpr double kLargestStep = 0.2, kFarthest = 1.5;  // log of the ratio
 constexpr double kUsual = 0.5;                         // sd of a weak prior of its log
 constexpr int kSteps = 8, kHalvings = 3;
@@ -37,13 +38,13 @@ std::vector<signals::Recording> with_ratio(std::span<const signals::Recording> r
 
 /// A regression under a ratio of one joint.
 struct Regressed {
-  std::vector<signals::Recording> recordings;
+  std::span<const signals::Recording> logged;  ///< outlive it
+  std::vector<signals::Recording> moved;       ///< under the ratio; empty: as logged
   StackedByJoint all;
   Solution plain;
 
-  Regressed(std::vector<signals::Recording> of, const StackedByJoint& stacked)
-      : recordings(std::move(of)), all(with_curves(stacked)) {
-    plain = solve(all, all.plain);
+  std::span<const signals::Recording> recordings() const {
+    return moved.empty() ? logged : std::span<const signals::Recording>(moved);
   }
   /// Of each joint, in the torque that was logged.
   Eigen::VectorXd sigma(int joint, double ratio) const {
@@ -52,6 +53,13 @@ struct Regressed {
     return out;
   }
 };
+
+Regressed regressed(std::span<const signals::Recording> logged,
+                    std::vector<signals::Recording> moved, const StackedByJoint& stacked) {
+  Regressed out{logged, std::move(moved), with_curves(stacked), {}};
+  out.plain = solve(out.all, out.all.plain);
+  return out;
+}
 
 /// What the torque of each row lacks per log of the ratio of each joint (N_j x n):
 /// d(Y pi)/d(log s), and the torque itself in the rows of the joint.
@@ -69,7 +77,7 @@ std::vector<Eigen::MatrixXd> torque_of_ratios(const dynamics::RobotModel& robot,
   };
   std::vector<Eigen::MatrixXd> columns =
       rows_by_sample(at.all, n, [&](int sequence, int sample, RowMatrix& of_sample) {
-        const signals::Motion& motion = at.recordings[static_cast<std::size_t>(sequence)].narrow;
+        const signals::Motion& motion = at.recordings()[static_cast<std::size_t>(sequence)].narrow;
         q = motion.q.row(sample);
         v = motion.v.row(sample);
         a = motion.a.row(sample);
@@ -124,7 +132,7 @@ std::optional<OtherGear> find_other_gear(const dynamics::RobotModel& robot,
                                          std::span<const signals::Recording> recordings,
                                          const RigidBodyOptions& options) {
   if (robot.coupled() || stacked.rows < kRowsPerUnknown * (stacked.plain + 1)) return {};
-  const Regressed as_logged({recordings.begin(), recordings.end()}, stacked);
+  const Regressed as_logged = regressed(recordings, {}, stacked);
   const std::vector<Eigen::MatrixXd> ratios = torque_of_ratios(robot, as_logged);
   std::vector<double> gains;
   for (int j = 0; j < robot.n(); ++j) gains.push_back(step_of(as_logged, ratios, j).gain);
@@ -144,7 +152,7 @@ std::optional<OtherGear> find_other_gear(const dynamics::RobotModel& robot,
         if (!(std::abs(std::log(tried)) < kFarthest)) continue;
         std::vector<signals::Recording> moved = with_ratio(recordings, j, tried);
         const StackedByJoint all = stack_by_joint(robot, moved, options);
-        Regressed then(std::move(moved), all);
+        Regressed then = regressed(recordings, std::move(moved), all);
         const double gained = gain_of(as_logged.plain.sigma, then.sigma(j, tried));
         if (!(gained > gain)) continue;
         gain = gained;
@@ -154,7 +162,7 @@ std::optional<OtherGear> find_other_gear(const dynamics::RobotModel& robot,
       if (gain - before < kSettled) break;
     }
     if (!(gain > std::max(best.gain, kBelief)) ||
-        !(std::abs(std::log(ratio)) > std::max(kLeast, kCertain * error)))
+        !(error < kKnown && std::abs(std::log(ratio)) > std::max(kLeast, kCertain * error)))
       continue;
     Eigen::VectorXd held_out = held_out_sigma(now.all, now.all.plain);
     held_out[j] *= ratio;

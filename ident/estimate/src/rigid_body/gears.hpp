@@ -23,9 +23,9 @@ struct OtherGear {
 ///     tau_j / s,  other tau  =  Y(q_j s, other q, ..) pi + friction + e
 ///
 /// by Gauss-Newton from s = 1 in each joint that gains to first order. It is believed where parts
-/// of the data that were not fitted to are explained far better too, and s is off by 3 % and four
-/// standard errors. An angle that is not zero where the motor's is zero adds another zero, which is
-/// not looked for.
+/// of the data that were not fitted to are explained far better too, s is known within 2 %
+/// (standard error), and it is off by 3 % and four of them. An angle that is not zero where the
+/// motor's is zero adds another zero, which is not looked for.
 /// @param stacked  of the recordings under the options
 std::optional<OtherGear> find_other_gear(const dynamics::RobotModel& robot,
                                          const StackedByJoint& stacked,

@@ -160,11 +160,10 @@ TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out,
   if (!(largest > 0)) return {};
   // the last column is the bend
   const auto columns = [&](const Left& left) {
-    const Eigen::ArrayXd tau = left.predicted / largest, size = tau.abs();
-    Eigen::MatrixXd X(tau.size(), 7);
-    X << Eigen::VectorXd::Ones(tau.size()), tau.matrix(), (left.direction * size).matrix(),
-        (left.direction * tau.square()).matrix(), left.v.matrix(), (left.v * size).matrix(),
-        tau.cube().matrix();
+    const Eigen::ArrayXd tau = left.predicted / largest;
+    Eigen::MatrixXd X(tau.size(), 5);
+    X << Eigen::VectorXd::Ones(tau.size()), tau.matrix(), (left.direction * tau.abs()).matrix(),
+        (left.direction * tau.square()).matrix(), tau.cube().matrix();
     return X;
   };
   const Eigen::MatrixXd X = columns(fitted), of_judged = columns(judged);

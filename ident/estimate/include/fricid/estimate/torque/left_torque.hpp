@@ -54,8 +54,8 @@ struct TorqueBend {
   double share = 0;       ///< as of a `PositionWave`
 };
 
-/// The bend, beside a constant, a factor, friction in the torque and its square, which changes its
-/// sign with the speed, and viscous friction that grows with the torque; found and judged as the
+/// The bend, beside a constant, a factor, and friction in the torque and its square, which changes
+/// its sign with the speed; found and judged as the
 /// `strongest_wave`, by what it gains over these.
 TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out, const Arm& arm,
                    int j);
