@@ -21,7 +21,8 @@ std::optional<Finding> find_held(const data::Dataset& d);
 /// @pre one recording
 std::optional<Finding> find_sources_in_turn(const data::Dataset& d);
 /// lost: steps of twice to six times those before and after, in all joints that move and at most
-/// by chance one and a half times, while the time runs on evenly. @pre even times
+/// by chance one and a half times, while the time runs on evenly. It misleads where these are more
+/// than one in a hundred. @pre even times
 std::optional<Finding> find_lost_rows(const data::Dataset& d);
 /// rate, gap, duplicate, jitter, clock_drift. @pre one recording
 void check_clock(const data::Dataset& d, Findings& findings);

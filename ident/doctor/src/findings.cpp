@@ -29,7 +29,7 @@ constexpr std::array kKinds{
         FindingKind::kLost, kDamage,
         "rows are lost where the time runs on: speed and acceleration leap there, and all that "
         "follows comes too early",
-        "log the controller's own time stamps, or a counter of samples as time", false, true},
+        "log the controller's own time stamps, or a counter of samples as time", false},
     KindInfo{FindingKind::kWrap, kDamage, "the time goes back where its counter is full",
              "--fix wrap lets it go on; or log a counter of 64 bits", true, true},
     KindInfo{FindingKind::kJitter, kDamage, "velocity and acceleration are noisy",

@@ -61,6 +61,7 @@ std::optional<Finding> find_lost_rows(const data::Dataset& d) {
   constexpr double kAlike = 0.15;        // joints differ by less of the step
   constexpr int kMost = 5, kFewest = 5;  // rows lost together; places
   constexpr double kShare = 5e-4;        // of the rows in motion
+  constexpr double kMany = 0.01;         // of them: a fit would be wrong
   constexpr int kRather = 4;             // times as many as steps of one and a half
   const Eigen::Index n = d.n(), T = d.length();
   Eigen::RowVectorXd noise(n);
@@ -101,6 +102,7 @@ std::optional<Finding> find_lost_rows(const data::Dataset& d) {
   }
   if (lost.count < std::max<double>(kFewest, kShare * moving) || lost.count < kRather * between)
     return {};
+  lost.is_severe = lost.count > kMany * moving;
   return lost;
 }
 
