@@ -33,8 +33,8 @@ void check_signals(const data::Dataset& d, Findings& findings);
 void find_segments(const data::Dataset& d, Findings& findings);
 /// velocity. @pre uniform times
 void check_velocity(const data::Dataset& d, Findings& findings);
-/// mount, sign, swapped, angle_unit, length_unit, torque_unit, delay, delay_unknown. @pre uniform
-/// times
+/// mount, sign, swapped, angle_unit, length_unit, torque_unit, delay, low_pass, delay_unknown.
+/// @pre uniform times
 void check_dynamics(const data::Dataset& d, const dynamics::RobotModel* robot, Findings& findings);
 
 }  // namespace fricid::doctor

@@ -108,24 +108,27 @@ std::vector<CoupledArm> coupled_arms(const dynamics::RobotModel& robot) {
   return arms;
 }
 
+/// Rows in the rarer direction of those at which a joint slides.
+double rarer_rows(const Motion& motion, const Sight& sight, int j) {
+  const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
+  const auto back = std::ranges::count_if(rows, [&](int k) { return motion.v(k, j) < 0; });
+  return static_cast<double>(std::min(back, std::ssize(rows) - back));
+}
+
 /// Time in which a joint slides, twice that in the rarer direction [s]: the friction of one
 /// direction alone is a constant torque.
 double seconds_of(const data::Dataset& d, const Motion& motion, const Sight& sight, int j) {
   constexpr double kOneWay = 0.1;  // that time counts by itself
-  const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
-  const auto back = std::ranges::count_if(rows, [&](int k) { return motion.v(k, j) < 0; });
-  const auto all = static_cast<double>(rows.size()),
-             rarer = static_cast<double>(std::min(back, std::ssize(rows) - back));
-  return std::max({1.0, kOneWay * all, 2 * rarer}) / motion.length() * d.length() * d.dt();
+  const auto all = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
+  return std::max({1.0, kOneWay * all, 2 * rarer_rows(motion, sight, j)}) / motion.length() *
+         d.length() * d.dt();
 }
 
 /// Whether a joint slides in both directions: in one alone its friction is a constant torque, with
 /// which many a mistake explains a slow log.
 bool slides_both_ways(const Motion& motion, const Sight& sight, int j) {
-  const std::vector<int>& rows = sight.rows[static_cast<std::size_t>(j)];
-  const auto back = std::ranges::count_if(rows, [&](int k) { return motion.v(k, j) < 0; });
-  return static_cast<double>(std::min(back, std::ssize(rows) - back)) >=
-         kBothWays * static_cast<double>(rows.size());
+  const auto all = static_cast<double>(sight.rows[static_cast<std::size_t>(j)].size());
+  return rarer_rows(motion, sight, j) >= kBothWays * all;
 }
 
 /// The mistakes believed in, one after the other, under one direction of gravity.

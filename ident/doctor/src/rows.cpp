@@ -2,27 +2,21 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "checks.hpp"
+#include "fricid/base/upper_median.hpp"
 
 namespace fricid::doctor {
 namespace {
 
-/// Median of |x|; 0 of nothing.
-double typical_size(std::vector<double> x) {
-  if (x.empty()) return 0;
-  for (double& value : x) value = std::abs(value);
-  const auto middle = x.begin() + std::ssize(x) / 2;
-  std::ranges::nth_element(x, middle);
-  return *middle;
-}
-
-/// q_j(k + lag) - q_j(k), those that are known.
+/// |q_j(k + lag) - q_j(k)|, those that are known.
 std::vector<double> steps(const data::RowMatrix& q, Eigen::Index j, Eigen::Index lag) {
   std::vector<double> out;
   for (Eigen::Index k = 0; k + lag < q.rows(); ++k)
-    if (const double step = q(k + lag, j) - q(k, j); std::isfinite(step)) out.push_back(step);
+    if (const double step = std::abs(q(k + lag, j) - q(k, j)); std::isfinite(step))
+      out.push_back(step);
   return out;
 }
 
@@ -39,8 +33,8 @@ std::optional<Finding> find_sources_in_turn(const data::Dataset& d) {
                            d.q.col(j).minCoeff<Eigen::PropagateNumbers>();
       if (!(range > 0)) continue;
       ++moving;
-      const double next = typical_size(steps(d.q, j, 1)),
-                   own = typical_size(steps(d.q, j, sources));
+      const double next = upper_median(steps(d.q, j, 1)),
+                   own = upper_median(steps(d.q, j, sources));
       leaping += next > kFarther * own && next > kOfRange * range;
     }
     if (moving == 0 || 2 * leaping <= moving) continue;
@@ -68,9 +62,10 @@ std::optional<Finding> find_lost_rows(const data::Dataset& d) {
   for (Eigen::Index j = 0; j < n; ++j) {
     std::vector<double> bends;
     for (Eigen::Index k = 1; k + 1 < T; ++k)
-      if (const double bend = d.q(k + 1, j) - 2 * d.q(k, j) + d.q(k - 1, j); std::isfinite(bend))
+      if (const double bend = std::abs(d.q(k + 1, j) - 2 * d.q(k, j) + d.q(k - 1, j));
+          std::isfinite(bend))
         bends.push_back(bend);
-    noise[j] = typical_size(std::move(bends));
+    noise[j] = upper_median(std::move(bends));
   }
   Finding lost{.kind = FindingKind::kLost, .signal = "q tau", .unit = "rows", .count = 0};
   int moving = 0, between = 0;

@@ -35,10 +35,11 @@ void undo_degrees(const data::Dataset& d, const dynamics::RobotModel* robot, con
 /// the other, each undone in `sight`; then torque_unit.
 void undo_mistakes(const data::Dataset& d, const dynamics::RobotModel* robot, const Motion& motion,
                    Sight& sight, Findings& findings);
-/// Appends delay or delay_unknown: the delay of the torque at which regressions on rigid body and
-/// friction of all joints explain most. It is reported where it also betters what regressions
-/// explain of stretches that they were not fitted to, by more than the standard error of that.
-/// A short log must gain more, since friction that lags gains by chance.
+/// Appends delay, low_pass or delay_unknown: the delay of the torque at which regressions on rigid
+/// body and friction of all joints explain most. It is reported where it also betters what
+/// regressions explain of stretches that they were not fitted to, by more than the standard error
+/// of that. A short log must gain more, since friction that lags gains by chance; of motion that
+/// repeats one pass counts. Torque that also lacks what is fast went through a filter.
 void check_delay(const data::Dataset& d, const dynamics::RobotModel& robot, const Motion& motion,
                  const Sight& sight, Findings& findings);
 

@@ -10,18 +10,18 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kBelief = 1;                          // gain
-constexpr double kWorthTrying = 0.3;                   // the same of first order, ..
-constexpr double kOfBest = 0.2;                        // .. and over that of the best joint
-constexpr double kLeast = 0.03;                        // log of a ratio
-constexpr double kCertain = 4;                         // standard errors of it
-constexpr double kKnown = 0.02;                        // largest standard error of it
-constexpr double kLargestStep = 0.2, kFarthest = 1.5;  // log of the ratio
-constexpr double kUsual = 0.5;                         // sd of a weak prior of its log
-constexpr int kSteps = 8, kHalvings = 3;
-constexpr double kSettled = 0.01;  // gain of a last step
-constexpr double kDifference = 1e-6;
-constexpr Eigen::Index kRowsPerUnknown = 5;
+constexpr double kBeliefInGear = 1;        // gain
+constexpr double kWorthTryingRatio = 0.3;  // the same of first order, ..
+constexpr double kOfBestRatio = 0.2;       // .. and over that of the best joint
+constexpr double kLeastRatio = 0.03;       // log of a ratio
+constexpr double kCertainRatio = 4;        // standard errors of it
+constexpr double kKnownRatio = 0.02;       // largest standard error of it
+constexpr double kLargestStepOfRatio = 0.2, kFarthestRatio = 1.5;  // log of the ratio
+constexpr double kUsualRatio = 0.5;                                // sd of a weak prior of its log
+constexpr int kStepsOfRatio = 8, kHalvingsOfRatio = 3;
+constexpr double kSettledRatio = 0.01;  // gain of a last step
+constexpr double kDifferenceOfRatio = 1e-6;
+constexpr Eigen::Index kRowsPerRatioUnknown = 5;
 
 std::vector<signals::Recording> with_ratio(std::span<const signals::Recording> recordings,
                                            int joint, double ratio) {
@@ -37,7 +37,7 @@ std::vector<signals::Recording> with_ratio(std::span<const signals::Recording> r
 }
 
 /// A regression under a ratio of one joint.
-struct Regressed {
+struct UnderRatio {
   std::span<const signals::Recording> logged;  ///< outlive it
   std::vector<signals::Recording> moved;       ///< under the ratio; empty: as logged
   StackedByJoint all;
@@ -54,9 +54,9 @@ struct Regressed {
   }
 };
 
-Regressed regressed(std::span<const signals::Recording> logged,
-                    std::vector<signals::Recording> moved, const StackedByJoint& stacked) {
-  Regressed out{logged, std::move(moved), with_curves(stacked), {}};
+UnderRatio under_ratio(std::span<const signals::Recording> logged,
+                       std::vector<signals::Recording> moved, const StackedByJoint& stacked) {
+  UnderRatio out{logged, std::move(moved), with_curves(stacked), {}};
   out.plain = solve(out.all, out.all.plain);
   return out;
 }
@@ -64,7 +64,7 @@ Regressed regressed(std::span<const signals::Recording> logged,
 /// What the torque of each row lacks per log of the ratio of each joint (N_j x n):
 /// d(Y pi)/d(log s), and the torque itself in the rows of the joint.
 std::vector<Eigen::MatrixXd> torque_of_ratios(const dynamics::RobotModel& robot,
-                                              const Regressed& at) {
+                                              const UnderRatio& at) {
   const int n = robot.n();
   const auto size = static_cast<std::size_t>(n);
   const Eigen::VectorXd pi = at.all.standard(at.plain.x, robot.parameter_count());
@@ -83,10 +83,10 @@ std::vector<Eigen::MatrixXd> torque_of_ratios(const dynamics::RobotModel& robot,
         a = motion.a.row(sample);
         torque_of(unmoved);
         for (int j = 0; j < n; ++j) {
-          for (Eigen::RowVectorXd* x : {&q, &v, &a}) (*x)[j] *= 1 + kDifference;
+          for (Eigen::RowVectorXd* x : {&q, &v, &a}) (*x)[j] *= 1 + kDifferenceOfRatio;
           torque_of(torque);
-          for (Eigen::RowVectorXd* x : {&q, &v, &a}) (*x)[j] /= 1 + kDifference;
-          of_sample.row(j) = (torque - unmoved) / kDifference;
+          for (Eigen::RowVectorXd* x : {&q, &v, &a}) (*x)[j] /= 1 + kDifferenceOfRatio;
+          of_sample.row(j) = (torque - unmoved) / kDifferenceOfRatio;
         }
       });
   for (int j = 0; j < n; ++j) {
@@ -105,23 +105,23 @@ StackedByJoint beside(const StackedByJoint& all, const std::vector<Eigen::Matrix
 }
 
 /// A step of the log of a ratio.
-struct Step {
+struct RatioStep {
   double size = 0, gain = 0;
 };
-Step step_of(const Regressed& at, const std::vector<Eigen::MatrixXd>& ratios, int joint) {
+RatioStep ratio_step(const UnderRatio& at, const std::vector<Eigen::MatrixXd>& ratios, int joint) {
   StackedByJoint with = beside(at.all, ratios, joint);
   // the weak prior counts as what joint 0 knows
-  with.joints[0].XX(at.all.plain, at.all.plain) += std::pow(at.plain.sigma[0] / kUsual, 2);
+  with.joints[0].XX(at.all.plain, at.all.plain) += std::pow(at.plain.sigma[0] / kUsualRatio, 2);
   const Solution found = solve(with, with.plain);
   return {found.x[at.all.plain], gain_of(at.plain.sigma, found.sigma)};
 }
 
-double error_of(const Regressed& at, const std::vector<Eigen::MatrixXd>& ratios, int joint) {
+double error_of_ratio(const UnderRatio& at, const std::vector<Eigen::MatrixXd>& ratios, int joint) {
   const StackedByJoint with = beside(at.all, ratios, joint);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(with.size);
   x.head(at.all.plain) = at.plain.x;
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(with.size, with.size);
-  prior(with.size - 1, with.size - 1) = std::pow(kUsual, -2);
+  prior(with.size - 1, with.size - 1) = std::pow(kUsualRatio, -2);
   return jackknife_root(with, x, at.plain.sigma, prior).bottomRows(1).norm();
 }
 
@@ -131,42 +131,45 @@ std::optional<OtherGear> find_other_gear(const dynamics::RobotModel& robot,
                                          const StackedByJoint& stacked,
                                          std::span<const signals::Recording> recordings,
                                          const RigidBodyOptions& options) {
-  if (robot.coupled() || stacked.rows < kRowsPerUnknown * (stacked.plain + 1)) return {};
-  const Regressed as_logged = regressed(recordings, {}, stacked);
+  if (robot.coupled() || stacked.rows < kRowsPerRatioUnknown * (stacked.plain + 1)) return {};
+  const UnderRatio as_logged = under_ratio(recordings, {}, stacked);
   const std::vector<Eigen::MatrixXd> ratios = torque_of_ratios(robot, as_logged);
   std::vector<double> gains;
-  for (int j = 0; j < robot.n(); ++j) gains.push_back(step_of(as_logged, ratios, j).gain);
+  for (int j = 0; j < robot.n(); ++j) gains.push_back(ratio_step(as_logged, ratios, j).gain);
   const double most = std::ranges::max(gains);
   OtherGear best;
   for (int j = 0; j < robot.n(); ++j) {
-    if (!(gains[static_cast<std::size_t>(j)] > std::max(kWorthTrying, kOfBest * most))) continue;
+    if (!(gains[static_cast<std::size_t>(j)] > std::max(kWorthTryingRatio, kOfBestRatio * most)))
+      continue;
     double ratio = 1, gain = 0, error = HUGE_VAL;
-    Regressed now = as_logged;
-    for (int step = 0; step < kSteps; ++step) {
+    UnderRatio now = as_logged;
+    for (int step = 0; step < kStepsOfRatio; ++step) {
       const std::vector<Eigen::MatrixXd> here = torque_of_ratios(robot, now);
-      error = error_of(now, here, j);
-      double by = std::clamp(step_of(now, here, j).size, -kLargestStep, kLargestStep);
+      error = error_of_ratio(now, here, j);
+      double by =
+          std::clamp(ratio_step(now, here, j).size, -kLargestStepOfRatio, kLargestStepOfRatio);
       const double before = gain;
-      for (int halving = 0; halving <= kHalvings && !(gain > before); ++halving, by /= 2) {
+      for (int halving = 0; halving <= kHalvingsOfRatio && !(gain > before); ++halving, by /= 2) {
         const double tried = ratio * std::exp(by);
-        if (!(std::abs(std::log(tried)) < kFarthest)) continue;
+        if (!(std::abs(std::log(tried)) < kFarthestRatio)) continue;
         std::vector<signals::Recording> moved = with_ratio(recordings, j, tried);
         const StackedByJoint all = stack_by_joint(robot, moved, options);
-        Regressed then = regressed(recordings, std::move(moved), all);
+        UnderRatio then = under_ratio(recordings, std::move(moved), all);
         const double gained = gain_of(as_logged.plain.sigma, then.sigma(j, tried));
         if (!(gained > gain)) continue;
         gain = gained;
         ratio = tried;
         now = std::move(then);
       }
-      if (gain - before < kSettled) break;
+      if (gain - before < kSettledRatio) break;
     }
-    if (!(gain > std::max(best.gain, kBelief)) ||
-        !(error < kKnown && std::abs(std::log(ratio)) > std::max(kLeast, kCertain * error)))
+    if (!(gain > std::max(best.gain, kBeliefInGear)) ||
+        !(error < kKnownRatio &&
+          std::abs(std::log(ratio)) > std::max(kLeastRatio, kCertainRatio * error)))
       continue;
     Eigen::VectorXd held_out = held_out_sigma(now.all, now.all.plain);
     held_out[j] *= ratio;
-    if (gain_of(held_out_sigma(as_logged.all, as_logged.all.plain), held_out) > kBelief)
+    if (gain_of(held_out_sigma(as_logged.all, as_logged.all.plain), held_out) > kBeliefInGear)
       best = {j, ratio, ratio * error, gain};
   }
   return best.gain > 0 ? std::optional(best) : std::nullopt;

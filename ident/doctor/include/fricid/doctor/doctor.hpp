@@ -15,15 +15,15 @@ namespace fricid::doctor {
 ///
 /// Of the times: rate, duplicate, wrap; gap, jitter, clock_drift, or uneven where the motion is
 /// smooth by its stamps; of a file of several recordings
-/// restart alone. Of rows that are held: held, then all others of the log without. Of each signal:
-/// missing, stuck, constant, still, quantised, saturated, spike, jump, repeated rows. Between
-/// signals: columns of two joints that are the same, a velocity that is not the derivative of the
-/// position. Against dynamics, by linear regression of the torque on the motion under every
-/// hypothesis (a mount, a sign, a swap, degrees, a delay): mount, no_gravity, sign, swapped,
-/// coupled, angle_unit, length_unit, torque_unit, delay, delay_unknown. With `robot` the regressors
-/// are its nominal torques, its limits are checked, and torque that stays at the effort of its
-/// joint is at_limit instead of saturated; without it a wrong sign shows only as negative inertia
-/// or negative friction.
+/// restart alone, and so of rows of several sources in turn. Of rows that are held: held, then all
+/// others of the log without. Of each signal: missing, stuck, constant, still, quantised,
+/// saturated, spike, jump, repeated rows, lost ones. Between signals: columns of two joints that
+/// are the same, a velocity that is not the derivative of the position. Against dynamics, by linear
+/// regression of the torque on the motion under every hypothesis (a mount, a sign, a swap, degrees,
+/// a delay): mount, no_gravity, sign, swapped, coupled, angle_unit, length_unit, torque_unit,
+/// delay, low_pass, delay_unknown. With `robot` the regressors are its nominal torques, its limits
+/// are checked (beyond_limit), and torque that stays at the effort of its joint is at_limit instead
+/// of saturated; without it a wrong sign shows only as negative inertia or negative friction.
 /// @return notes and damage, times first
 /// @pre d.t, d.q, d.tau have equal lengths of at least 2; d.rate_hz is the usual rate
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot = nullptr);

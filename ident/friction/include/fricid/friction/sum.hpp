@@ -25,7 +25,7 @@ inline constexpr int kNetworkUnits = 8;
 struct LvmParts {
   Memory memory = Memory::kBank;
   int elements = 8;          ///< of the bank
-  bool temperature = false;  ///< of the memory and viscous torque
+  bool temperature = false;  ///< of the memory, viscous torque and Stribeck part
   bool load = true;          ///< modifier of the memory
   bool gear_load = false;    ///< of what the gear hands on, instead of the motor's torque
   bool power_flow = true;    ///< load, differently when motoring and when back-driving
@@ -81,7 +81,8 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///                     asymmetry}; the linear one in the memory instead of beside it with
 ///                     `inner_viscous`
 ///     load part       load_dependent
-///     Stribeck part   stribeck_peak {load}, which waits for no spring as that of the memory does
+///     Stribeck part   stribeck_peak {load, temperature}, which waits for no spring as that of the
+///                     memory does
 ///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends
 ///     network         memory_network, for what the laws leave
 ///
