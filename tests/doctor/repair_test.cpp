@@ -154,6 +154,64 @@ TEST(Repair, LetsACounterThatWrapsGoOn) {
   EXPECT_EQ(count(diagnose(d), FindingKind::kRestart), 1);
 }
 
+data::Dataset moving_log(int length) {
+  data::Dataset d = log_with_a_gap(0);
+  d.joint_names = {"a", "b"};
+  d.t = Eigen::VectorXd::LinSpaced(length, 0, (length - 1) / d.rate_hz);
+  d.q.resize(length, 2);
+  d.q.col(0) = (0.7 * d.t.array()).sin();
+  d.q.col(1) = (0.9 * d.t.array() + 1).cos();
+  d.tau = d.q;
+  return d;
+}
+
+// The seconds of a minute: they begin again while the arm moves on, and once while it stands. Of
+// two recordings of a minute each the second begins elsewhere.
+TEST(Repair, LetsTheSecondsOfAMinuteGoOn) {
+  const std::vector<FindingKind> kinds{FindingKind::kWrap};
+  data::Dataset d = moving_log(15000);
+  d.q.middleRows(5900, 300).rowwise() = Eigen::RowVectorXd(d.q.row(5900));
+  const Eigen::VectorXd whole = d.t;
+  for (double& t : d.t) t -= 60 * std::floor((t + 1e-9) / 60);
+  const std::vector<Finding> findings = diagnose(d);
+  ASSERT_EQ(findings[0].kind, FindingKind::kWrap);
+  EXPECT_EQ(findings[0].count, 2);
+  EXPECT_LT((repair(d, findings, kinds).t - whole).cwiseAbs().maxCoeff(), 1e-9);
+
+  data::Dataset two = moving_log(12000);
+  two.t.tail(6000) = two.t.head(6000).eval();
+  two.q.bottomRows(6000) = two.q.topRows(6000).eval();
+  EXPECT_EQ(diagnose(two)[0].kind, FindingKind::kRestart);
+}
+
+// Rows lost where the time counts rows: what is left lies at the times at which it was taken, but
+// for what is lost where nothing moves.
+TEST(Repair, LetsTheTimeRunOnWhereRowsAreLost) {
+  const data::Dataset whole = moving_log(3000);
+  data::Dataset d = whole;
+  std::vector<int> rows;
+  for (int k = 0; k < whole.length(); ++k)
+    if (k % 97 != 96 && (k < 1000 || k > 1002)) rows.push_back(k);
+  d.q = data::RowMatrix(whole.q(rows, Eigen::all));
+  d.tau = data::RowMatrix(whole.tau(rows, Eigen::all));
+  d.t = Eigen::VectorXd(whole.t.head(std::ssize(rows)));
+  const std::vector<Finding> findings = diagnose(d);
+  ASSERT_EQ(std::ranges::count(findings, FindingKind::kLost, &Finding::kind), 1);
+  const std::vector<FindingKind> kinds{FindingKind::kLost};
+  const data::Dataset repaired = repair(d, findings, kinds);
+  // where both joints turn round nothing shows, and less is lost
+  const int lost = whole.length() - d.length(), found = repaired.length() - d.length();
+  EXPECT_LE(found, lost);
+  EXPECT_GE(found, lost - 3);
+  int next = 0;
+  for (int k = 0; k < repaired.length(); ++k) {
+    if (!std::isfinite(repaired.q(k, 0))) continue;
+    EXPECT_LE(std::abs(k - rows[static_cast<std::size_t>(next)]), lost - found) << k;
+    EXPECT_EQ(repaired.q(k, 0), d.q(next++, 0));
+  }
+  EXPECT_EQ(next, d.length());
+}
+
 // A gap that is not to be filled is not closed up either.
 TEST(Repair, EvenTimesKeepGapsAndRepeatedRows) {
   data::Dataset d = log_with_a_gap(0.2);

@@ -29,8 +29,12 @@ constexpr std::array kKinds{
         FindingKind::kLost, kDamage,
         "rows are lost where the time runs on: speed and acceleration leap there, and all that "
         "follows comes too early",
-        "log the controller's own time stamps, or a counter of samples as time", false},
-    KindInfo{FindingKind::kWrap, kDamage, "the time goes back where its counter is full",
+        "log the controller's own time stamps, or a counter of samples as time; --fix lost lets "
+        "the "
+        "time run on and leaves those rows missing",
+        true},
+    KindInfo{FindingKind::kWrap, kDamage,
+             "the time goes back where its counter is full, or a minute",
              "--fix wrap lets it go on; or log a counter of 64 bits", true, true},
     KindInfo{FindingKind::kJitter, kDamage, "velocity and acceleration are noisy",
              "log the controller's own time stamps; if samples are taken evenly, --fix jitter",

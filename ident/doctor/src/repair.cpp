@@ -75,11 +75,10 @@ void drop_duplicates(Dataset& d) {
   d.t = Eigen::VectorXd(d.t(kept));
 }
 
-// Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.
-void fill_gaps(Dataset& d) {
-  const std::vector<int> lost = data::lost_before(d.t, d.rate_hz);
+/// Rows of missing values before each row, as many as were lost there; times become even.
+void insert_lost(Dataset& d, const std::vector<int>& lost_before) {
   double samples = d.length();
-  for (const int count : lost) samples += count;
+  for (const int count : lost_before) samples += count;
   const std::string where = d.source.empty() ? d.name : fmt::format("{} ({})", d.name, d.source);
   require_within(limits::kFilledSamples, static_cast<std::uint64_t>(std::clamp(samples, 0.0, 1e18)),
                  where);
@@ -87,7 +86,7 @@ void fill_gaps(Dataset& d) {
                  where, "the log with its gaps filled");
   std::vector<int> rows;
   for (int k = 0; k < d.length(); ++k) {
-    rows.insert(rows.end(), static_cast<std::size_t>(lost[static_cast<std::size_t>(k)]), -1);
+    rows.insert(rows.end(), static_cast<std::size_t>(lost_before[static_cast<std::size_t>(k)]), -1);
     rows.push_back(k);
   }
   const double begin = d.t[0];
@@ -95,6 +94,15 @@ void fill_gaps(Dataset& d) {
   d.t = begin +
         Eigen::VectorXd::LinSpaced(d.q.rows(), 0, static_cast<double>(d.q.rows() - 1)).array() /
             d.rate_hz;
+}
+
+// Samples lost are counted gap by gap, so that a drifting clock adds up nowhere.
+void fill_gaps(Dataset& d) { insert_lost(d, data::lost_before(d.t, d.rate_hz)); }
+
+void let_time_run_on(Dataset& d, const Finding& lost) {
+  std::vector<int> before(static_cast<std::size_t>(d.length()), 0);
+  for (const int k : lost.rows) ++before[static_cast<std::size_t>(k)];
+  insert_lost(d, before);
 }
 
 void keep_rows_of_source(Dataset& d, const Finding& held) {
@@ -138,6 +146,7 @@ void scale(Dataset& d, const Finding& f, double factor) {
 
 void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kGap) return fill_gaps(d);
+  if (f.kind == FindingKind::kLost) return let_time_run_on(d, f);
   if (f.kind == FindingKind::kDuplicate) return drop_duplicates(d);
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kUneven) return interpolate(d);
@@ -167,7 +176,7 @@ void apply(Dataset& d, const Finding& f) {
 
 // A wrapped counter comes first and rows that are held next, since what else was found is of the
 // log without; then repairs of given rows, then those that change the rows, then those that need
-// even times.
+// even times. Lost rows are those of the log that is even.
 int order_of(FindingKind kind) {
   switch (kind) {
     case FindingKind::kWrap:
@@ -183,6 +192,8 @@ int order_of(FindingKind kind) {
     case FindingKind::kClockDrift:
     case FindingKind::kDelay:
       return 5;
+    case FindingKind::kLost:
+      return 6;
     default:
       return 2;
   }
@@ -225,11 +236,19 @@ Dataset repair(Dataset d, std::span<const Finding> findings, std::span<const Fin
     if (!is_chosen(kind) && kind != FindingKind::kJitter)
       throw UserError("--fix {}: nothing of that name was found that can be repaired",
                       name_of(kind));
-  const bool held = std::ranges::count(findings, FindingKind::kHeld, &Finding::kind) > 0;
-  for (const Finding* f : chosen)
-    if (held && !is_chosen(FindingKind::kHeld) && f->kind != FindingKind::kWrap)
-      throw UserError("--fix {}: was looked for without the rows that are held; allowed: held,{}",
-                      name_of(f->kind), name_of(f->kind));
+  const auto require_first = [&](FindingKind first, const Finding& f) {
+    if (std::ranges::count(findings, first, &Finding::kind) > 0 && !is_chosen(first))
+      throw UserError("--fix {0}: was looked for with {1} mended; allowed: {1},{0}",
+                      name_of(f.kind), name_of(first));
+  };
+  for (const Finding* f : chosen) {
+    if (f->kind != FindingKind::kHeld && f->kind != FindingKind::kWrap)
+      require_first(FindingKind::kHeld, *f);
+    if (f->kind == FindingKind::kLost)
+      for (const FindingKind first :
+           {FindingKind::kDuplicate, FindingKind::kGap, FindingKind::kUneven})
+        require_first(first, *f);
+  }
   std::ranges::stable_sort(chosen, {}, [](const Finding* f) { return order_of(f->kind); });
 
   Dataset repaired = std::move(d);

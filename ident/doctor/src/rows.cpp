@@ -94,6 +94,7 @@ std::optional<Finding> find_lost_rows(const data::Dataset& d) {
     if (lost.count++ == 0) lost.begin_s = d.t[k];
     lost.end_s = d.t[k + 1];
     lost.size += whole - 1;
+    lost.rows.insert(lost.rows.end(), static_cast<std::size_t>(whole) - 1, static_cast<int>(k) + 1);
   }
   if (lost.count < std::max<double>(kFewest, kShare * moving) || lost.count < kRather * between)
     return {};

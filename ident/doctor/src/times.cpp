@@ -55,14 +55,23 @@ void check_regularity(const data::Dataset& d, const data::ClockQuality& clock,
                         .unit = "% of the period"});
 }
 
-// What a counter of 31 or 32 bits that counts ms, us or ns goes back by when it is full; 0: none
-// of them goes back so far. [s]
+constexpr double kLost = 2;  // periods by which what a clock goes back by may be off
+
+// What a counter of 16, 31 or 32 bits that counts ms, us or ns goes back by when it is full; 0:
+// none of them goes back so far. [s]
 double range_of_counter(double back, double period) {
-  constexpr double kLost = 2;  // periods, about the step of one
-  for (const double ticks : {0x1p31, 0x1p32})
+  for (const double ticks : {0x1p16, 0x1p31, 0x1p32})
     for (const double second : {1e3, 1e6, 1e9})
       if (std::abs(back + period - ticks / second) <= kLost * period) return ticks / second;
   return 0;
+}
+
+// Whether the arm moves on from row k - 1 to row k as before and after, so that nothing ends there.
+bool moves_on(const data::RowMatrix& q, int k) {
+  constexpr double kAlike = 0.15;  // of the step
+  if (k < 2 || k + 1 >= q.rows()) return false;
+  const Eigen::RowVectorXd mean = (q.row(k - 1) - q.row(k - 2) + q.row(k + 1) - q.row(k)) / 2;
+  return (q.row(k) - q.row(k - 1) - mean).norm() < kAlike * mean.norm();
 }
 
 // Appends those of one kind.
@@ -79,38 +88,41 @@ void append(Findings some, Findings& findings) {
 
 }  // namespace
 
-// A stamp that is back alone is a duplicate: the next one is later than all before.
+// A stamp that is back alone is a duplicate: the next one is later than all before. A clock that
+// goes back by the same time again and again, by the range of a counter or in the middle of a
+// motion, began again as that of a minute does; else another recording begins.
 void check_restarts(const data::Dataset& d, Findings& findings) {
+  const double period = 1 / d.rate_hz;
   Findings restarts;
   Finding wrap{.kind = FindingKind::kWrap, .signal = "t", .count = 0};
+  bool goes_on = false;
   double latest = d.t[0];
   for (int k = 1; k < d.length(); ++k) {
     if (data::is_ahead_alone(d.t, k)) continue;
     const double back = d.t[k - 1] - d.t[k];
     if (back > kBack && !data::is_ahead_alone(d.t, k - 1) && k + 1 < d.length() &&
         d.t[k + 1] <= latest) {
-      const double range = range_of_counter(back, 1 / d.rate_hz);
-      if (range > 0 && (wrap.count == 0 || wrap.size == range)) {
-        if (wrap.count++ == 0) wrap.begin_s = d.t[k - 1];
-        wrap.size = range;
-        wrap.end_s = d.t[k] + wrap.count * range;
-        wrap.rows.push_back(k);
-        latest = d.t[k];
-        continue;
-      }
       restarts.push_back({.kind = FindingKind::kRestart,
                           .signal = "t",
                           .begin_s = d.t[k - 1],
                           .end_s = d.t[k],
                           .size = back,
                           .unit = fmt::format("s back after row {}", k)});
+      const double of_counter = range_of_counter(back, period);
+      const double range = of_counter > 0 ? of_counter : back + period;
+      if (wrap.rows.empty()) wrap.size = range;
+      goes_on = goes_on || of_counter > 0 || moves_on(d.q, k);
+      if (std::abs(wrap.size - range) <= kLost * period) wrap.rows.push_back(k);
       latest = d.t[k];
     }
     latest = std::max(latest, d.t[k]);
   }
-  if (restarts.empty() && wrap.count > 0) {
-    wrap.unit = fmt::format("s back after row {}, the range of its counter", wrap.rows[0]);
-    restarts.push_back(wrap);
+  if (goes_on && wrap.rows.size() == restarts.size()) {
+    wrap.count = static_cast<int>(restarts.size());
+    wrap.begin_s = restarts.front().begin_s;
+    wrap.end_s = restarts.back().end_s + wrap.count * wrap.size;
+    wrap.unit = fmt::format("s back after row {}, the range of its clock", wrap.rows[0]);
+    restarts = {wrap};
   }
   append(std::move(restarts), findings);
 }

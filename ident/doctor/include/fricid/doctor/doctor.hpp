@@ -45,6 +45,7 @@ bool can_be_repaired(const Finding& finding);
 ///     wrap         the time goes on where its counter began again
 ///     held         the first row of each new value is kept, at the rate of the source
 ///     gap          rows of missing values where samples are lost
+///     lost         the time runs on, with rows of missing values where rows are lost
 ///     duplicate    the later of two rows of equal time is dropped
 ///     jitter, clock_drift    times are replaced by uniform ones, but for gaps and duplicates
 ///     uneven       samples at even times are interpolated (`at_even_times`)
