@@ -173,6 +173,14 @@ class Logs(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(fricid("check", self.folder / "a.h5").returncode, 0)
 
+    def test_what_one_log_of_several_has_is_mended_there(self):
+        logs = [self.log("a.csv"), self.log("b.csv", lost=range(900, 940))]
+        importing = ["--contract", self.contract, "-o", self.folder / "data"]
+        self.assertEqual(fricid("import", *logs, *importing, "--fix", "gap").returncode, 0)
+        sources = [load(self.folder / f"data/{name}.doctor.json")["source"] for name in "ab"]
+        self.assertEqual(["fixed gap" in source for source in sources], [False, True])
+        self.assert_refused(fricid("import", *logs, *importing, "--fix", "sign"), "--fix sign: nothing of that name")
+
     def test_a_repair_that_is_not_needed_is_refused(self):
         log = self.log("a.csv")
         for name, message in (("delay", "nothing of that name"), ("magic", "allowed: gap")):

@@ -1,6 +1,7 @@
 #include "fricid/workflow/import.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -23,6 +24,12 @@ std::vector<std::string> judge(const data::Dataset& d, const fs::path& log,
     if (as_it_was) data::import_log(log, contract);  // throws with the place in the file
     throw;
   }
+}
+
+bool has(const std::vector<doctor::Finding>& findings, doctor::FindingKind kind) {
+  return std::ranges::any_of(findings, [kind](const doctor::Finding& finding) {
+    return finding.kind == kind && doctor::can_be_repaired(finding);
+  });
 }
 
 }  // namespace
@@ -48,12 +55,18 @@ std::vector<ImportedLog> import_logs(std::span<const fs::path> logs, const data:
     read.push_back(as_of_robot(data::read_log(log, contract, say), robot, contract_file.string()));
   if (robot) settle_torque_timing(read, *robot, contract.torque, say);
 
+  const std::vector<std::vector<doctor::Finding>> found =
+      doctor::diagnose(read, robot ? &*robot : nullptr);
   std::vector<ImportedLog> imported;
   for (std::size_t i = 0; i < read.size(); ++i) {
     ImportedLog& log = imported.emplace_back();
     log.data = std::move(read[i]);
-    log.fixed.assign(fixes.begin(), fixes.end());
-    log.findings = doctor::diagnose(log.data, robot ? &*robot : nullptr);
+    log.findings = found[i];
+    std::ranges::copy_if(fixes, std::back_inserter(log.fixed), [&](doctor::FindingKind kind) {
+      return has(found[i], kind) || std::ranges::none_of(found, [kind](const auto& findings) {
+               return has(findings, kind);
+             });
+    });
     try {
       log.data = doctor::repair(std::move(log.data), log.findings, log.fixed);
     } catch (const UserError& error) {

@@ -19,7 +19,7 @@ namespace fricid::workflow {
 struct ImportedLog {
   data::Dataset data;                      ///< what is asked for mended
   std::vector<doctor::Finding> findings;   ///< of the log as it stands
-  std::vector<doctor::FindingKind> fixed;  ///< kinds that were asked to be mended
+  std::vector<doctor::FindingKind> fixed;  ///< kinds that are mended in this log
   /// What misleads in the mended log where something that does was mended: of several mistakes that
   /// hide each other one repair may make another.
   std::vector<doctor::Finding> left;
@@ -35,9 +35,11 @@ struct ImportedLog {
 /// order, their torque has the timing that all of them together say (`settle_torque_timing`), and
 /// the doctor knows its dynamics.
 /// @param contract  read from `contract_file`, which messages name
-/// @param fixes     kinds of findings to be mended
+/// @param fixes     kinds of findings to be mended, each in the logs that have one
 /// @param say       takes lines about the reading
-/// @throws UserError with the place in the file on a log that cannot be used or mended
+/// @throws UserError with the place in the file on a log that cannot be used or mended, or for a
+/// kind
+///         that no log has
 std::vector<ImportedLog> import_logs(std::span<const std::filesystem::path> logs,
                                      const data::Contract& contract,
                                      const std::filesystem::path& contract_file,
