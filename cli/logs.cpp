@@ -118,7 +118,8 @@ Verdict import_logs(const ImportOptions& options, const CommonOptions&) {
     print_findings(log, stderr);
     std::ranges::for_each(log.warnings, warn);
   }
-  warn(data::kind_in_words(contract, printable(options.contract.string())));
+  std::ranges::for_each(data::meaning_in_words(contract, printable(options.contract.string())),
+                        warn);
   for (std::size_t i = 0; i < logs.size(); ++i) {
     data::DiagnosisFile diagnosis = logs[i].diagnosis;
     diagnosis.log = path_of(options.logs[i]);

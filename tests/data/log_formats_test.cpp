@@ -70,10 +70,29 @@ TEST_F(LogFormats, TorqueOfAnotherMeaningIsSaid) {
               testing::HasSubstr("measured beyond the gear"));
   EXPECT_EQ(warning_of_torque(import(csv_sample(Recording(50)))), "");
   Contract contract;
-  EXPECT_EQ(kind_in_words(contract, "a.toml"),
-            "a.toml: torque.kind = \"joint_torque\": taken as motor torque times gear ratio");
+  EXPECT_THAT(
+      meaning_in_words(contract, "a.toml"),
+      testing::ElementsAre(
+          "a.toml: torque.kind = \"joint_torque\": taken as motor torque times gear ratio"));
   contract.torque.kind = "link_torque";
-  EXPECT_THAT(kind_in_words(contract, "a.toml"), testing::HasSubstr("measured beyond the gear"));
+  EXPECT_THAT(meaning_in_words(contract, "a.toml"),
+              testing::ElementsAre(testing::HasSubstr("measured beyond the gear")));
+}
+
+TEST_F(LogFormats, APositionThatWasCommandedIsSaid) {
+  Contract contract;
+  for (const char* name :
+       {"target_q_{0}", "TargetQ{}", "q{}_cmd", "PosSollMot_A{}", "desired.positions.{}"}) {
+    contract.position.columns = {name};
+    EXPECT_THAT(meaning_in_words(contract, "a.toml"),
+                testing::Contains(testing::HasSubstr(
+                    std::string("\"") + name + "\", by its name a position that was commanded")));
+  }
+  for (const char* name :
+       {"q{}", "actual_q_{0}", "Position{}", "description_{}", "preference", "pos_{name}"}) {
+    contract.position.columns = {name};
+    EXPECT_EQ(meaning_in_words(contract, "a.toml").size(), 1u) << name;
+  }
 }
 
 TEST_F(LogFormats, Hdf5OfThisAndOtherPrograms) {

@@ -141,7 +141,7 @@ Subject read_subject(const fs::path& of_log, const fs::path& contract, const Rob
     subject.robot = robot(columns.joint_names, contract.string(), say, columns.couplings);
     const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
-    say(data::kind_in_words(columns, contract.string()));
+    std::ranges::for_each(data::meaning_in_words(columns, contract.string()), say);
     if (subject.robot) settle_torque_timing(subject.sets, *subject.robot, columns.torque, say);
   }
   // no scene says what a slow log is filtered at

@@ -69,8 +69,9 @@ Done import(const scene::Problem& part, const RunFolder& out,
   const std::vector<data::Dataset> sets = logs_of_scene(part, logs_of_data(part), say);
   refuse_learnt_samples(part, sets);
   if (!part.contract_path.empty())
-    say(data::kind_in_words(data::load_contract(part.contract_path),
-                            part.contract_path.filename().string()));
+    std::ranges::for_each(data::meaning_in_words(data::load_contract(part.contract_path),
+                                                 part.contract_path.filename().string()),
+                          say);
   Done done;
   const auto findings = doctor::diagnose(sets, &part.robot);
   for (const std::string& line : doctor::to_lines(findings, sets, doctor::is_told)) say(line);

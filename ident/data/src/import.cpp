@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string_view>
 
 #include "check_times.hpp"
 #include "columns_of_joints.hpp"
@@ -411,12 +413,44 @@ std::string_view warning_of_kind(std::string_view kind) {
   return "";
 }
 
+/// Words of the name of a column, in small letters: "target" and "q" of target_q_3 and TargetQ3.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words;
+  bool in_word = false, after_small = false;
+  for (const char c : name) {
+    const bool capital = c >= 'A' && c <= 'Z', small = c >= 'a' && c <= 'z';
+    if ((capital || small) && (!in_word || (capital && after_small))) words.emplace_back();
+    in_word = capital || small;
+    after_small = small;
+    if (in_word) words.back() += capital ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return words;
+}
+
+/// The first column that by its name holds a position that was commanded; empty: none.
+std::string commanded_position(const Contract& contract) {
+  constexpr auto kCommanded =
+      std::to_array<std::string_view>({"target", "cmd", "command", "commanded", "desired", "des",
+                                       "setpoint", "reference", "ref", "soll", "goal", "planned"});
+  for (const std::string& column : contract.position.columns)
+    for (const std::string& word : words_of(column))
+      if (std::ranges::count(kCommanded, word) > 0) return column;
+  return "";
+}
+
 }  // namespace
 
-std::string kind_in_words(const Contract& contract, const std::string& file) {
+std::vector<std::string> meaning_in_words(const Contract& contract, const std::string& file) {
   const std::string_view warning = warning_of_kind(contract.torque.kind);
-  return fmt::format("{}: torque.kind = \"{}\": {}", file, contract.torque.kind,
-                     warning.empty() ? "taken as motor torque times gear ratio" : warning);
+  std::vector<std::string> lines{
+      fmt::format("{}: torque.kind = \"{}\": {}", file, contract.torque.kind,
+                  warning.empty() ? "taken as motor torque times gear ratio" : warning)};
+  if (const std::string column = commanded_position(contract); !column.empty())
+    lines.push_back(fmt::format(
+        "{}: position.columns has \"{}\", by its name a position that was commanded: along it the "
+        "friction of slow motion comes out wrong; name the columns of the measured position",
+        file, column));
+  return lines;
 }
 
 std::string_view warning_of_torque(const Dataset& dataset) {

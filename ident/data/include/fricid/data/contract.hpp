@@ -161,8 +161,9 @@ Contract load_contract(const std::filesystem::path& path);
 /// A commented contract with every key, its unit, range and default.
 std::string contract_template();
 
-/// What the torque of logs is taken for and the limits of a fit to it, "FILE: torque.kind = ...".
-std::string kind_in_words(const Contract& contract, const std::string& file);
+/// What the columns of logs are taken for, a line each: the kind of the torque with the limits of a
+/// fit to it, "FILE: torque.kind = ..."; and a position that by its name was commanded.
+std::vector<std::string> meaning_in_words(const Contract& contract, const std::string& file);
 /// Limits of a fit to the torque of a data set, whose source names its kind; empty: none.
 std::string_view warning_of_torque(const Dataset& dataset);
 
