@@ -58,6 +58,16 @@ double share_of(const Eigen::VectorXd& rest, const Eigen::VectorXd& torque) {
   return std::max(0.0, 1 - variance(rest) / variance(torque));
 }
 
+/// Coefficients of the regression of y on the columns of X, of which any may follow from others.
+Eigen::VectorXd regressed(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
+  constexpr double kRidge = 1e-9;  // of columns of unit length
+  const Eigen::VectorXd per_size = X.colwise().norm().transpose().cwiseMax(1e-300).cwiseInverse();
+  const Eigen::MatrixXd unit = X * per_size.asDiagonal();
+  Eigen::MatrixXd H = unit.transpose() * unit;
+  H.diagonal().array() += kRidge;
+  return per_size.asDiagonal() * H.ldlt().solve(unit.transpose() * y);
+}
+
 }  // namespace
 
 PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& held_out,
@@ -89,7 +99,6 @@ PositionWave strongest_wave(const ArmTorqueData& training, const ArmTorqueData& 
 LoadedSpeed loaded_speed(const ArmTorqueData& training, const Arm& arm, int j) {
   constexpr double kSlowest = 0.01;  // [rad/s]
   constexpr int kOctaves = 6;
-  constexpr double kRidge = 1e-9;  // of columns of unit length
   const Left left = left_of(training, arm, j);
   const Eigen::Index rows = left.torque.size();
   if (rows < kFewestRows) return {};
@@ -100,14 +109,9 @@ LoadedSpeed loaded_speed(const ArmTorqueData& training, const Arm& arm, int j) {
     X << Eigen::VectorXd::Ones(rows), left.v.matrix(), left.direction.matrix(),
         (load * left.direction).matrix(), (load.square() * left.direction).matrix(), peak.matrix(),
         candidate.matrix();
-    const Eigen::RowVectorXd size = X.colwise().norm().cwiseMax(1e-300);
-    X = (X * size.cwiseInverse().asDiagonal()).eval();
     const auto rest = [&](Eigen::Index count) {
       const Eigen::MatrixXd some = X.leftCols(count);
-      Eigen::MatrixXd H = some.transpose() * some;
-      H.diagonal().array() += kRidge;
-      const Eigen::VectorXd found = H.ldlt().solve(some.transpose() * left.torque);
-      return std::max((left.torque - some * found).squaredNorm(), 1e-300);
+      return std::max((left.torque - some * regressed(some, left.torque)).squaredNorm(), 1e-300);
     };
     return rest(6) / rest(7) - 1;
   };
@@ -168,8 +172,7 @@ TorqueBend bend_of(const ArmTorqueData& training, const ArmTorqueData& held_out,
   };
   const Eigen::MatrixXd X = columns(fitted), of_judged = columns(judged);
   const auto rest = [&](Eigen::Index count, Eigen::VectorXd& found) -> Eigen::VectorXd {
-    const Eigen::MatrixXd some = X.leftCols(count);
-    found = (some.transpose() * some).ldlt().solve(some.transpose() * fitted.torque);
+    found = regressed(X.leftCols(count), fitted.torque);
     return judged.torque - of_judged.leftCols(count) * found;
   };
   Eigen::VectorXd found;
