@@ -11,10 +11,17 @@
 namespace fricid::doctor {
 namespace {
 
+/// Rows from one of those to the next that medians are taken over: of a long log some, evenly.
+Eigen::Index stride(Eigen::Index rows) {
+  constexpr Eigen::Index kEnough = 50'000;
+  return std::max<Eigen::Index>(1, rows / kEnough);
+}
+
 /// |q_j(k + lag) - q_j(k)|, those that are known.
 std::vector<double> steps(const data::RowMatrix& q, Eigen::Index j, Eigen::Index lag) {
+  const Eigen::Index every = stride(q.rows());
   std::vector<double> out;
-  for (Eigen::Index k = 0; k + lag < q.rows(); ++k)
+  for (Eigen::Index k = 0; k + lag < q.rows(); k += every)
     if (const double step = std::abs(q(k + lag, j) - q(k, j)); std::isfinite(step))
       out.push_back(step);
   return out;
@@ -58,10 +65,11 @@ std::optional<Finding> find_lost_rows(const data::Dataset& d) {
   constexpr double kMany = 0.01;         // of them: a fit would be wrong
   constexpr int kRather = 4;             // times as many as steps of one and a half
   const Eigen::Index n = d.n(), T = d.length();
+  const Eigen::Index every = stride(T);
   Eigen::RowVectorXd noise(n);
   for (Eigen::Index j = 0; j < n; ++j) {
     std::vector<double> bends;
-    for (Eigen::Index k = 1; k + 1 < T; ++k)
+    for (Eigen::Index k = 1; k + 1 < T; k += every)
       if (const double bend = std::abs(d.q(k + 1, j) - 2 * d.q(k, j) + d.q(k - 1, j));
           std::isfinite(bend))
         bends.push_back(bend);
