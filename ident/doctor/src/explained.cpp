@@ -61,9 +61,9 @@ Judge::Judge(const dynamics::RobotModel* robot, int n) : robot_(robot), n_(n) {
 
 std::vector<Explained> Judge::explain(const Sight& s) {
   const RowMatrix nominal = robot_ ? torques(s, *robot_) : RowMatrix();
-  const RowMatrix v = speeds_of_motors(s);
+  const Motors motors = motors_of(s);
   std::vector<Explained> all;
-  for (int j = 0; j < n_; ++j) all.push_back(explain(s, nominal, v, j, {}));
+  for (int j = 0; j < n_; ++j) all.push_back(explain(s, nominal, motors, j, {}));
   return all;
 }
 
@@ -75,26 +75,30 @@ double Judge::unexplained_with_centre(const Sight& s, int joint) {
     moment.pi[10 * joint + 1 + axis] = 1;
     centre.col(axis) = torques(s, moment).col(joint);
   }
-  return explain(s, torques(s, *robot_), speeds_of_motors(s), joint, centre).unexplained;
+  return explain(s, torques(s, *robot_), motors_of(s), joint, centre).unexplained;
 }
 
-RowMatrix Judge::speeds_of_motors(const Sight& s) const {
-  return robot_ ? motors_->to_motors(s.v) : s.v;
+Judge::Motors Judge::motors_of(const Sight& s) const {
+  if (!robot_) return {s.v, s.a};
+  return {motors_->to_motors(s.v), motors_->to_motors(s.a)};
 }
 
 // @param nominal  torque with a robot
-// @param v        of the motors
 // @param further  (T, ..) torques that are free
-Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const RowMatrix& v, int j,
+Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const Motors& motors, int j,
                          const RowMatrix& further) const {
   const std::vector<int>& rows = s.rows[static_cast<std::size_t>(j)];
   const auto size = static_cast<Eigen::Index>(rows.size());
   const Eigen::Index of_gravity = robot_ ? 1 : 1 + 2 * n_;
   const RowMatrix declared = declared_torques(s, j);
   Eigen::MatrixXd free = Eigen::MatrixXd::Ones(size, of_gravity + declared.cols() + further.cols());
-  const bool bare = robot_ && robot_->pi[robot_->armature_begin() + j] == 0;
   const Eigen::RowVectorXd acting = motors_on(robot_, n_, j);
+  const auto is_bare = [&](int m) {
+    return robot_ && acting[m] != 0 && robot_->pi[robot_->armature_begin() + m] == 0;
+  };
   const Eigen::Index of_motors = 3 * (acting.array() != 0).count();
+  Eigen::Index bare = 0;
+  for (int m = 0; m < n_; ++m) bare += is_bare(m);
   Eigen::MatrixXd positive(size, 1 + of_motors + (robot_ ? 1 + bare : 0));
   Eigen::VectorXd tau(size);
   for (Eigen::Index r = 0; r < size; ++r) {
@@ -103,13 +107,14 @@ Explained Judge::explain(const Sight& s, const RowMatrix& nominal, const RowMatr
     Eigen::Index next = 1;
     for (int m = 0; m < n_; ++m) {
       if (acting[m] == 0) continue;
-      const double speed = v(k, m), sign = speed > 0 ? 1 : -1;
+      const double speed = motors.v(k, m), sign = speed > 0 ? 1 : -1;
       positive.row(r).segment<3>(next) << acting[m] * sign, acting[m] * speed,
           acting[m] * sign * std::sqrt(std::abs(speed));
       next += 3;
     }
-    if (robot_) positive(r, next++) = (v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
-    if (bare) positive(r, next) = s.a(k, j);
+    if (robot_) positive(r, next++) = (motors.v(k, j) > 0 ? 1 : -1) * std::abs(nominal(k, j));
+    for (int m = 0; m < n_; ++m)
+      if (is_bare(m)) positive(r, next++) = acting[m] * motors.a(k, m);
     for (int i = 0; !robot_ && i < n_; ++i) {
       free(r, 1 + 2 * i) = std::sin(s.q(k, i));
       free(r, 2 + 2 * i) = std::cos(s.q(k, i));

@@ -31,8 +31,8 @@ class Judge {
   Judge(const dynamics::RobotModel* robot, int n);
 
   /// Positive parts of the torque are friction, with a robot also its nominal torque, friction that
-  /// grows with it and the armature of a file that states none. Without a robot inertia is, and
-  /// gravity any sine of any joint.
+  /// grows with it and the armature of each motor of which the file states none. Without a robot
+  /// inertia is, and gravity any sine of any joint.
   std::vector<Explained> explain(const Sight& s);
 
   /// Share of the torque of a joint that is unexplained if the centre of mass of its own link is
@@ -40,8 +40,12 @@ class Judge {
   double unexplained_with_centre(const Sight& s, int joint);
 
  private:
-  data::RowMatrix speeds_of_motors(const Sight& s) const;
-  Explained explain(const Sight& s, const data::RowMatrix& nominal, const data::RowMatrix& v, int j,
+  /// Speeds and accelerations of the motors.
+  struct Motors {
+    data::RowMatrix v, a;
+  };
+  Motors motors_of(const Sight& s) const;
+  Explained explain(const Sight& s, const data::RowMatrix& nominal, const Motors& motors, int j,
                     const data::RowMatrix& further) const;
   data::RowMatrix torques(const Sight& s, const dynamics::RobotModel& robot);
   /// (T, ..) What the robot's linear torques of joint j are per unit; constants apart.

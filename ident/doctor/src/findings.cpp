@@ -59,6 +59,10 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kConstant, kDamage,
              "a torque that was not logged: of this joint nothing can be identified",
              "log it, or name its column in [torque] of the contract", false, true},
+    KindInfo{
+        FindingKind::kUnsigned, kDamage,
+        "never on the other side of zero, to which it comes again and again: an absolute value",
+        "log the torque with its sign", false, true},
     KindInfo{FindingKind::kStill, kDamage,
              "of this joint neither friction nor inertia can be identified",
              "move it, hold it ([robot] hold), or weld it in the URDF: type=\"fixed\"", false},

@@ -413,6 +413,34 @@ bool found(const Findings& findings, FindingKind kind, const Channel& c) {
   });
 }
 
+// A torque on one side of zero that comes back from it many times, as an absolute value does.
+void check_unsigned(const Channel& tau, Findings& findings) {
+  constexpr double kHigh = 0.5, kNear = 0.1;  // of the root mean square
+  constexpr int kTimes = 6;
+  if (tau.low < 0 && tau.high > 0) return;
+  double squares = 0, count = 0;
+  for (int k = 0; k < tau.length(); ++k)
+    if (std::isfinite(tau[k])) {
+      squares += tau[k] * tau[k];
+      ++count;
+    }
+  const double rms = std::sqrt(squares / count);
+  bool high = false;
+  int times = 0;
+  for (int k = 0; k < tau.length(); ++k) {
+    const double size = std::abs(tau[k]) / rms;
+    if (high && size < kNear) {
+      high = false;
+      ++times;
+    } else if (size > kHigh) {
+      high = true;
+    }
+  }
+  if (times >= kTimes)
+    findings.push_back(tau.finding(FindingKind::kUnsigned, 0, tau.length() - 1,
+                                   tau.low < 0 ? tau.low : tau.high, "N m"));
+}
+
 // @param q  position of the channel's joint, which moves unless it is `still`
 void check_torque(const Channel& tau, const Channel& q, bool still, Findings& findings) {
   if (tau.range() == 0) {
@@ -420,6 +448,7 @@ void check_torque(const Channel& tau, const Channel& q, bool still, Findings& fi
       findings.push_back(tau.finding(FindingKind::kConstant, 0, tau.length() - 1, tau.high, "N m"));
     return;
   }
+  check_unsigned(tau, findings);
   const bool steps = check_quantisation(tau, kCoarseTorque * tau.range(), "N m", findings);
   if (!steps) {
     check_saturation(tau, q, findings);

@@ -105,6 +105,12 @@ std::vector<signals::Recording> under_linear_load(const Prepared& prepared, int 
 /// regression before it.
 RigidBodyFit beside_law(RigidBodyFit fit, const RigidBodyFit& linear) {
   fit.law_factor = std::exchange(fit.Fc, linear.Fc);
+  // what the motion determines is for that regression to say: a law's torque may be next to nothing
+  if (fit.outcome == Outcome::kIllConditioned || linear.outcome == Outcome::kIllConditioned) {
+    fit.outcome = linear.outcome;
+    fit.message = linear.message;
+    fit.condition = linear.condition;
+  }
   for (Eigen::VectorXd RigidBodyFit::*part :
        {&RigidBodyFit::Fv, &RigidBodyFit::offset, &RigidBodyFit::Fc_se, &RigidBodyFit::Fv_se,
         &RigidBodyFit::offset_se, &RigidBodyFit::Fc_beside, &RigidBodyFit::Fv_beside})

@@ -18,6 +18,7 @@ namespace {
 constexpr double kPoor = 0.5;             // R2 of a joint's training torque
 constexpr double kSignificant = 4;        // standard errors
 constexpr double kWellExplained = 0.99;   // R2
+constexpr double kMostStatic = 2;         // static over Coulomb friction, which holds a joint at rest
 constexpr double kContradicts = 2.5;      // residual under a prior, times that of the data alone
 constexpr double kStill = 5e-3;           // [rad or m] of travel within which friction settles
 constexpr double kChatters = 0.05;        // of the seconds of the recordings
@@ -165,7 +166,9 @@ Fault fault_of_torque(const Prepared& prepared, const FitReport& report, int j, 
         fmt::format("log the torque of its motor, or exclude it: [robot] hold = [\"{}\"]", name)};
   if (report.r2[i] >= kPoor) return {};
   // a joint that rests is held by any torque within its friction, which no model can know
-  if (report.sliding_r2[i] >= kPoor && report.resting_rms[i] < prepared.rigid_body.Fc[j]) return {};
+  if (report.sliding_r2[i] >= kPoor &&
+      report.resting_rms[i] < kMostStatic * prepared.rigid_body.Fc[j])
+    return {};
   return {name, fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
           remedy_of_torque(prepared, j)};
 }

@@ -20,21 +20,16 @@ JointSpec lvm_sum(const LvmParts& parts) {
   if (parts.backlash) memory.modifiers.push_back({"backlash", 1});
   JointSpec joint;
   joint.laws.push_back(std::move(memory));
-  const auto viscous = [&](const char* law) {
-    LawSpec spec{law, 0, {}};
-    if (parts.loaded_viscous) spec.modifiers.push_back({"load", 1});
+  const auto add = [&](const char* law, int elements = 0, bool loaded = false) {
+    LawSpec spec{law, elements, {}};
+    if (loaded) spec.modifiers.push_back({"load", 1});
     joint.laws.push_back(warm_and_directed(std::move(spec)));
   };
-  viscous("viscous_power");
-  if (parts.viscous && !parts.inner_viscous) viscous("viscous");
-  if (parts.power_flow) joint.laws.push_back({"load_dependent", 0, {}});
-  if (parts.stribeck) {
-    LawSpec peak{"stribeck_peak", 0, {}};
-    if (parts.loaded_stribeck) peak.modifiers.push_back({"load", 1});
-    if (parts.temperature) peak.modifiers.push_back({"temperature", 1});
-    joint.laws.push_back(std::move(peak));
-  }
-  if (parts.cable) joint.laws.push_back({"maxwell_slip", 1, {}});
+  add("viscous_power", 0, parts.loaded_viscous);
+  if (parts.viscous && !parts.inner_viscous) add("viscous", 0, parts.loaded_viscous);
+  if (parts.power_flow) add("load_dependent");
+  if (parts.stribeck) add("stribeck_peak", 0, parts.loaded_stribeck);
+  if (parts.cable) add("maxwell_slip", 1);
   if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -16,7 +18,7 @@ namespace {
 
 constexpr double kWidest = 0.4;           // of the sample rate
 constexpr int kFrequencies = 1000;        // of the sum over the band
-constexpr double kRest = 0.3;             // shortest rest [s]
+constexpr double kRest = 0.15;            // shortest rest [s]
 constexpr double kNoiseRange = 6;         // standard deviations that noise spans
 constexpr double kStepRange = 1.5;        // steps that a position spans which hardly moves
 constexpr double kNormalMedian = 0.6745;  // median of |x|, x ~ N(0, 1)
@@ -131,15 +133,37 @@ std::vector<Stretch> rests_of(const Eigen::VectorXd& narrow_q, double noise_sd, 
   const double range =
       std::max(kNoiseRange * std::sqrt(noise_share(low_pass)) * noise_sd, kStepRange * step);
   const auto shortest = static_cast<Eigen::Index>(std::ceil(kRest * low_pass.rate_hz()));
-  std::vector<Stretch> rests;
-  for (Eigen::Index begin = 0, end = 1; begin < narrow_q.size(); begin = end) {
-    double low = narrow_q[begin], high = low;
-    for (end = begin + 1; end < narrow_q.size(); ++end) {
-      low = std::min(low, narrow_q[end]);
-      high = std::max(high, narrow_q[end]);
-      if (high - low > range) break;
+  // the longest stretch from each sample on, unless that from the sample before contains it
+  std::vector<Stretch> stretches;
+  std::deque<Eigen::Index> low, high;  // of the samples from begin to end, the extremes first
+  const auto& q = narrow_q;
+  for (Eigen::Index begin = 0, end = 0, last = 0; begin < q.size(); ++begin) {
+    while (!low.empty() && low.front() < begin) low.pop_front();
+    while (!high.empty() && high.front() < begin) high.pop_front();
+    for (; end < q.size(); ++end) {
+      const double lowest = low.empty() ? q[end] : std::min(q[low.front()], q[end]),
+                   highest = high.empty() ? q[end] : std::max(q[high.front()], q[end]);
+      if (highest - lowest > range) break;
+      while (!low.empty() && q[low.back()] >= q[end]) low.pop_back();
+      while (!high.empty() && q[high.back()] <= q[end]) high.pop_back();
+      low.push_back(end);
+      high.push_back(end);
     }
-    if (end - begin >= shortest) rests.push_back({begin, end});
+    if (end > last && end - begin >= shortest) stretches.push_back({begin, end});
+    last = end;
+  }
+  // of those that overlap the longest
+  std::ranges::stable_sort(stretches, std::greater(),
+                           [](const Stretch& s) { return s.end - s.begin; });
+  std::vector<char> taken(static_cast<std::size_t>(q.size()), 0);
+  std::vector<Stretch> rests;
+  for (Stretch s : stretches) {
+    const auto is_taken = [&](Eigen::Index k) { return taken[static_cast<std::size_t>(k)] != 0; };
+    while (s.begin < s.end && is_taken(s.begin)) ++s.begin;
+    while (s.begin < s.end && is_taken(s.end - 1)) --s.end;
+    if (s.end - s.begin < shortest) continue;
+    std::fill(taken.begin() + s.begin, taken.begin() + s.end, 1);
+    rests.push_back(s);
   }
   return rests;
 }

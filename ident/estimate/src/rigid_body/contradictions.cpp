@@ -209,6 +209,48 @@ std::vector<Fault> find_misread_columns(const dynamics::RobotModel& robot,
   return faults;
 }
 
+/// A coupling of motors whose columns the log has, taken for those of joints.
+struct CoupledColumns {
+  dynamics::Coupling coupling;
+  double gain = 0;
+};
+
+/// The coupling of neighbouring joints that explains most if the columns are those of its motors.
+std::optional<CoupledColumns> find_columns_of_motors(const dynamics::RobotModel& robot,
+                                                     std::span<const signals::Recording> recordings,
+                                                     const RigidBodyOptions& options,
+                                                     const RigidBodyFit& fit) {
+  std::optional<CoupledColumns> best;
+  if (robot.coupled()) return best;
+  for (int j = 1; j < robot.n(); ++j) {
+    if (slides(robot.joints[static_cast<std::size_t>(j)]) ||
+        slides(robot.joints[static_cast<std::size_t>(j - 1)]))
+      continue;
+    for (const double factor : {-1.0, 1.0, -0.5, 0.5}) {
+      dynamics::RobotModel coupled = robot;
+      coupled.couplings = {{.joint = j, .motor = j - 1, .factor = factor}};
+      const RigidBodyFit other = rigid_body_least_squares(coupled, recordings, options);
+      if (other.sigma.size() == 0) continue;
+      const double gain = gain_of(fit.sigma, other.sigma);
+      if (gain > (best ? best->gain : kGain)) best = {coupled.couplings.front(), gain};
+    }
+  }
+  return best;
+}
+
+Fault fault_of(const CoupledColumns& found, const dynamics::RobotModel& robot) {
+  const auto name = [&](int j) { return robot.joints[static_cast<std::size_t>(j)].name; };
+  const auto& [joint, motor, factor] = found.coupling;
+  return {name(joint),
+          fmt::format("{:.3g} times less of each joint unexplained if its columns and those of {} "
+                      "are of coupled motors",
+                      std::exp(found.gain / robot.n()), name(motor)),
+          fmt::format("in the contract unit = \"motor_rad\" and kind = \"motor_torque\" "
+                      "(gear_ratio 1 where it is in them), [[coupling]] joint = \"{}\", motor = "
+                      "\"{}\", factor = {:g}",
+                      name(joint), name(motor), factor)};
+}
+
 /// Columns of joint j for the unknowns base parameters, friction and growth, factors s (n), about
 /// pi and s: with the target y + s_j Y pi the row is
 ///
@@ -334,6 +376,11 @@ std::vector<Fault> find_contradictions(const dynamics::RobotModel& robot,
   // another geometry makes logs of other poses differ
   const MovedFrames frames = find_moved_frames(robot, all, recordings, options);
   const double others = std::max({springs.gain, scales.gain, tilt ? tilt->gain : 0});
+  // gravity of a forearm that a parallel linkage holds looks like a spring, or an axis elsewhere
+  if (std::max(others, frames.gain) > kGain)
+    if (const auto coupled = find_columns_of_motors(robot, recordings, options, fit);
+        coupled && coupled->gain > std::max(others, frames.gain))
+      return {fault_of(*coupled, robot)};
   // another ratio has one unknown, and other causes stand for it
   const std::optional<OtherGear> gear = find_other_gear(robot, all, recordings, options);
   if (gear && gear->gain > std::max(others, frames.gain - kOfFrames))

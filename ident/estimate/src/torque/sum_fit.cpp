@@ -91,10 +91,16 @@ class SumChoice {
       try_under_load(SumPart::kLoadedStribeck);
       try_bristles();
     }
+    const Parts before = parts_;
     try_ripples();
     if (fits_->is_short()) return;
     try_bristles_and_cables();
     try_cables();
+    // a wave or a cable that was not known had hidden what the memory is
+    if (parts_ != before) {
+      try_gear_loads();
+      try_bristles();
+    }
     leave_out_parts();
   }
 

@@ -34,6 +34,7 @@ enum class FindingKind {
   kStuck,
   kSame,
   kConstant,
+  kUnsigned,
   kStill,
   kSaturated,
   kAtLimit,
@@ -60,7 +61,7 @@ enum class FindingKind {
 };
 constexpr std::string_view names(FindingKind) {
   return "rate|gap|duplicate|restart|in_turn|lost|wrap|jitter|uneven|clock_drift|missing|quantised|"
-         "stuck|same|constant|still|saturated|at_limit|spike|jump|repeated|held|velocity|"
+         "stuck|same|constant|unsigned|still|saturated|at_limit|spike|jump|repeated|held|velocity|"
          "angle_unit|length_unit|beyond_limit|torque_unit|mount|no_gravity|sign|swapped|coupled|"
          "delay|low_pass|delay_unknown|temperature_unit|temperature_trend|segments";
 }

@@ -24,12 +24,12 @@ inline constexpr int kNetworkUnits = 8;
 /// Parts of `lvm_sum`.
 struct LvmParts {
   Memory memory = Memory::kBank;
-  int elements = 8;          ///< of the bank
-  bool temperature = false;  ///< of the memory, viscous torque and Stribeck part
-  bool load = true;          ///< modifier of the memory
-  bool gear_load = false;    ///< of what the gear hands on, instead of the motor's torque
-  bool power_flow = true;    ///< load, differently when motoring and when back-driving
-  bool asymmetry = true;
+  int elements = 8;              ///< of the bank
+  bool temperature = false;      ///< of all laws but the network
+  bool load = true;              ///< modifier of the memory
+  bool gear_load = false;        ///< of what the gear hands on, instead of the motor's torque
+  bool power_flow = true;        ///< load, differently when motoring and when back-driving
+  bool asymmetry = true;         ///< of the same laws
   int ripples = 1;               ///< waves over the joint angle, of the memory
   bool viscous = true;           ///< linear viscous torque beside that of a power
   bool inner_viscous = false;    ///< the linear one under the memory's modifiers, not beside it
@@ -80,10 +80,11 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {load, temperature,
 ///                     asymmetry}; the linear one in the memory instead of beside it with
 ///                     `inner_viscous`
-///     load part       load_dependent
-///     Stribeck part   stribeck_peak {load, temperature}, which waits for no spring as that of the
-///                     memory does
-///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends
+///     load part       load_dependent {temperature, asymmetry}
+///     Stribeck part   stribeck_peak {load, temperature, asymmetry}, which waits for no spring as
+///                     that of the memory does
+///     cable           maxwell_slip with one spring {temperature, asymmetry}, of cables and hoses
+///                     that a joint bends
 ///     network         memory_network, for what the laws leave
 ///
 /// Only the memory and the cable are to have Coulomb friction and only one law linear viscous
