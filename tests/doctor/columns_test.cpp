@@ -12,6 +12,7 @@
 #include "doctor/clean_logs.hpp"
 #include "fricid/base/rng.hpp"
 #include "fricid/dynamics/algorithms.hpp"
+#include "fricid/signals/recording.hpp"
 #include "fricid/system/transmission.hpp"
 
 namespace fricid::doctor {
@@ -31,6 +32,30 @@ TEST(Doctor, TorquesOfCoupledMotorsAreNoTorquesOfJoints) {
   ASSERT_EQ(coupled.size(), 1u) << text_of(findings, log);
   EXPECT_EQ(coupled[0].signal, "tau");
   EXPECT_NE(coupled[0].unit.find("columns of motors"), std::string::npos) << coupled[0].unit;
+}
+
+// A coupled wrist that is declared, and whose file states no armature: the motors turn by other
+// angles than the joints.
+TEST(Doctor, ACoupledWristWithoutArmaturesIsSound) {
+  auto [log, robot] = clean_logs()[0];
+  robot.couplings = {{.joint = 5, .motor = 4, .factor = -1}};
+  const Transmission motors(robot);
+  const signals::Motion joints = signals::make_recording(log, 10).narrow;
+  const RowMatrix q = motors.to_motors(joints.q), v = motors.to_motors(joints.v),
+                  a = motors.to_motors(joints.a);
+  const auto n = static_cast<std::size_t>(robot.n());
+  const std::span<const double> pi{robot.pi.data(), static_cast<std::size_t>(robot.pi.size())};
+  dynamics::Workspace<double> ws(robot);
+  RowMatrix tau(q.rows(), robot.n());
+  for (Eigen::Index k = 0; k < q.rows(); ++k)
+    dynamics::rnea<double>(robot, ws, pi, {q.row(k).data(), n}, {v.row(k).data(), n},
+                           {a.row(k).data(), n}, {tau.row(k).data(), n});
+  log.q = joints.q;
+  log.v.resize(0, 0);
+  log.tau = motors.torque_to_joints(tau + (0.2 * (v.array() / 0.02).tanh()).matrix());
+  robot.pi.segment(robot.armature_begin(), robot.n()).setZero();
+  const std::vector<Finding> findings = diagnose(log, &robot);
+  EXPECT_TRUE(std::ranges::none_of(findings, misleads)) << text_of(findings, log);
 }
 
 // Positions and torques of motors whose coupling neither the robot's file nor the contract has.

@@ -269,14 +269,12 @@ TEST(Doctor, ATorqueThatIsMissingThroughoutContradictsNoVelocity) {
 // Two joints that rest at one position, and two torques that were not logged.
 TEST(Doctor, ATorqueWithoutItsSignIsNamed) {
   Dataset d = clean_logs()[0].data;
-  d.tau.col(1) = d.tau.col(1).cwiseAbs();
-  d.tau.col(3) = -d.tau.col(3).cwiseAbs();
+  d.tau = d.tau.cwiseAbs();
+  d.tau.col(2) *= -1;
   const auto findings = diagnose(d, &clean_logs()[0].robot);
   const auto found = of_kind(findings, "unsigned");
-  ASSERT_EQ(found.size(), 2u) << text_of(findings, d);
-  EXPECT_EQ(found[0].joint, 1);
-  EXPECT_EQ(found[1].joint, 3);
-  EXPECT_TRUE(misleads(found[0]));
+  EXPECT_GE(std::ssize(found), d.n() - 1) << text_of(findings, d);
+  EXPECT_TRUE(std::ranges::all_of(found, misleads));
 }
 
 TEST(Doctor, ColumnsThatDoNotChangeAreNotTheSame) {

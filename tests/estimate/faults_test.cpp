@@ -9,6 +9,7 @@
 #include "fricid/dynamics/base_parameters.hpp"
 #include "fricid/estimate/predict_torque.hpp"
 #include "fricid/estimate/rigid_body/identifiability.hpp"
+#include "fricid/system/transmission.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -447,6 +448,33 @@ TEST(Faults, ASpringThatTheFileLacksIsNamed) {
   const FitReport right = fit(with_spring, {log});
   EXPECT_TRUE(right.usable()) << text_of(right.faults);
   EXPECT_NEAR(right.rigid_body.pi[with_spring.linear_begin()], 60, 1);
+}
+
+// As of a palletiser, whose forearm a parallel linkage holds: gravity then goes with the angle of
+// the motor alone, as the torque of a spring does.
+TEST(Faults, ColumnsOfCoupledMotorsAreNamedBeforeASpring) {
+  const dynamics::RobotModel apart = small_arm();
+  dynamics::RobotModel coupled = apart;
+  coupled.couplings = {{.joint = 2, .motor = 1, .factor = -1}};
+  const Transmission motors(coupled);
+  data::Dataset log = make_log(coulomb_arm(), {});
+  const signals::Motion joints = signals::make_recording(log, 10).narrow;
+  const RowMatrix q = motors.to_motors(joints.q), v = motors.to_motors(joints.v),
+                  a = motors.to_motors(joints.a);
+  dynamics::Workspace<double> ws(coupled);
+  const auto row = [](const RowMatrix& x, Eigen::Index k) {
+    return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(x.cols()));
+  };
+  for (Eigen::Index k = 0; k < q.rows(); ++k)
+    dynamics::rnea<double>(coupled, ws, row(coupled.pi.transpose(), 0), row(q, k), row(v, k),
+                           row(a, k), {log.tau.row(k).data(), 3});
+  log.q = q;
+  log.tau.array() += 2 * (v.array() / 0.02).tanh() + v.array();
+  const FitReport report = fit(apart, {log});
+  EXPECT_FALSE(report.usable());
+  const std::string said = text_of(report.faults);
+  EXPECT_THAT(said, HasSubstr("j3: "));
+  EXPECT_THAT(said, HasSubstr("[[coupling]] joint = \"j3\", motor = \"j2\", factor = -1"));
 }
 
 TEST(Faults, ASpringOfASlidingJointIsLinear) {

@@ -192,6 +192,25 @@ TEST(MakeRecording, ASlowJointIsNotAtRest) {
   for (int k = 100; k < 1900; ++k) ASSERT_NEAR(out.wide.q(k, 0), speed * log.t[k], 6 * noise) << k;
 }
 
+// Moves of a second with rests of .4 s between them, behind the tail of each move.
+TEST(MakeRecording, ShortRestsAreFoundWhole) {
+  const double noise = 2e-5, cycle = 1.4;
+  Rng rng(4, 0);
+  const auto move = [&](double t) {
+    const double s = std::min(1.0, std::fmod(t, cycle));
+    return std::floor(t / cycle) + s * s * s * (10 - 15 * s + 6 * s * s);
+  };
+  const auto log = make_log(
+      7000, [&](double t) { return move(t) + noise * rng.normal(); }, [](double) { return 0.0; });
+  const UseMask rests = at_rest(make_recording(log, kLowPass), kLowPass);
+  for (int k = 300; k < 6700; ++k) {
+    const double s = std::fmod(log.t[k], cycle);
+    if ((s > 1.05 && s < 1.35) || (s > 0.2 && s < 0.8)) {
+      ASSERT_EQ(rests(k, 0), s > 1) << k;
+    }
+  }
+}
+
 // Reference: the filtered sine between its samples.
 TEST(BetweenSamples, FollowsTheMotion) {
   const double f = 12, w = kTurn * f;

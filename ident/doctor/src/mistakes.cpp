@@ -205,21 +205,33 @@ struct FoundCoupling {
   double gained = 0;
 };
 
-/// The coupling that explains most, by more than `most` beyond what it needs: of motors whose
-/// columns the log has, of both or of the torque, or of joints.
+/// What regressions leave, but no less than friction that no regression has leaves anyhow.
+std::vector<Explained> not_finer(std::vector<Explained> explained) {
+  constexpr double kFinest = 1e-3;  // share unexplained
+  for (Explained& e : explained) e.unexplained = std::max(e.unexplained, kFinest);
+  return explained;
+}
+
+/// The coupling that explains most, of those that do by more than `most` beyond what they need: of
+/// motors whose columns the log has, of both or of the torque, or of joints. One that leaves next
+/// to nothing of one joint alone is not that of two.
 template <class Needs>
 std::optional<FoundCoupling> find_coupling(std::span<const CoupledArm> arms, const Account& account,
                                            const Needs& needs, double most) {
   std::optional<FoundCoupling> found;
+  double best = 0;
   for (const CoupledArm& arm : arms) {
     Judge judge(&arm.robot, arm.robot.n());
     const dynamics::Coupling& coupling = arm.robot.couplings.front();
     for (const auto& [moves, forces] : {std::pair{true, true}, {false, true}, {false, false}}) {
       const Hypothesis h{FindingKind::kCoupled, moves,           forces,     coupling.joint,
                          coupling.motor,        coupling.factor, &arm.motors};
-      const double gained = gain(account.explained, judge.explain(h.undone(account.sight)));
+      const std::vector<Explained> after = judge.explain(h.undone(account.sight));
+      const double gained = gain(account.explained, after);
       if (gained - needs(h) <= most) continue;
-      most = gained - needs(h);
+      const double told = gain(not_finer(account.explained), not_finer(after)) - needs(h);
+      if (found && told <= best) continue;
+      best = told;
       found = {h, gained};
     }
   }
