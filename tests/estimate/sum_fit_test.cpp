@@ -225,6 +225,24 @@ TEST(SumFit, PutsLoadOnViscousFrictionAndOnAStribeckTorque) {
   EXPECT_GE(loaded, 2);
 }
 
+// Power flow that is larger in one direction, beside a memory that is not. The same of both is
+// none of it.
+TEST(SumFit, PutsTheDirectionOnPowerFlow) {
+  const auto modified = [](const friction::LawSpec& flow) {
+    std::vector<std::vector<double>> theta;
+    for (const double size : {1.0, 0.8, 0.5}) {  // Fc, sigma0, Fv, then those of the flow, and a
+      theta.push_back({6 * size, 3000 * size, 2 * size, 1e-6, 0.15, 0.1, 0, 0, 0, 0.03, 0.3});
+      if (!flow.modifiers.empty()) theta.back().push_back(0.4);
+    }
+    int count = 0;
+    for (const friction::LvmParts& part : parts_found({{{"dahl", 0, {}}, flow}}, theta))
+      count += part.further_modifiers;
+    return count;
+  };
+  EXPECT_GE(modified({"load_dependent", 0, {{"asymmetry", 1}}}), 2);
+  EXPECT_EQ(modified({"load_dependent", 0, {}}), 0);
+}
+
 // A bristle with a Stribeck torque that does not wait for it: the memory's own would.
 TEST(SumFit, HasAStribeckTorqueBesideTheMemory) {
   std::vector<std::vector<double>> theta;

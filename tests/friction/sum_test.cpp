@@ -81,6 +81,14 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
             "lugre: viscous_power: viscous: ");
   EXPECT_EQ(owners({.asymmetry = false, .ripples = 0, .stribeck = true, .cable = true}),
             "gms:l viscous_power: viscous: load_dependent: stribeck_peak: maxwell_slip: ");
+  EXPECT_EQ(owners({.temperature = true,
+                    .ripples = 0,
+                    .stribeck = true,
+                    .loaded_stribeck = true,
+                    .further_modifiers = true,
+                    .cable = true}),
+            "gms:lta viscous_power:ta viscous:ta load_dependent:ta stribeck_peak:lta "
+            "maxwell_slip:ta ");
   EXPECT_EQ(owners({.memory = Memory::kNone, .load = false, .asymmetry = false, .network = 8}),
             "stribeck:r viscous_power: viscous: load_dependent: memory_network: ");
 }

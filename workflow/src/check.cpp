@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <numbers>
 #include <ranges>
+#include <utility>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/contract.hpp"
@@ -59,6 +61,17 @@ std::optional<dynamics::RobotModel> robot_of_log(
                                            [](std::string_view) { return "contract"; });
   dynamics::require_inertia(robot, urdf.string());
   return robot;
+}
+
+data::Contract of_robot(data::Contract contract, const dynamics::RobotModel& robot) {
+  for (data::MotionColumns* motion : {&contract.position, &contract.velocity})
+    for (const dynamics::Joint& joint : robot.joints) {
+      const auto name = std::ranges::find(contract.joint_names, joint.name);
+      const auto j = static_cast<std::size_t>(name - contract.joint_names.begin());
+      if (motion->unit == "deg" && slides(joint) && j < motion->scale.size())
+        motion->scale[j] *= 180 / std::numbers::pi;
+    }
+  return contract;
 }
 
 data::Dataset as_of_robot(const data::Dataset& log,
@@ -137,8 +150,9 @@ Subject read_subject(const fs::path& of_log, const fs::path& contract, const Rob
     subject.robot = robot(read.joint_names, log.string(), say, {});
     subject.sets.push_back(as_of_robot(read, subject.robot, log.string()));
   } else {
-    const data::Contract columns = data::load_contract(contract);
+    data::Contract columns = data::load_contract(contract);
     subject.robot = robot(columns.joint_names, contract.string(), say, columns.couplings);
+    if (subject.robot) columns = of_robot(std::move(columns), *subject.robot);
     const data::Dataset read = in_part(data::read_log(log, columns, say));
     subject.sets.push_back(as_of_robot(read, subject.robot, contract.string()));
     std::ranges::for_each(data::meaning_in_words(columns, contract.string()), say);

@@ -50,9 +50,10 @@ std::vector<ImportedLog> import_logs(std::span<const fs::path> logs, const data:
                                      const std::function<void(const std::string&)>& say) {
   const std::optional<dynamics::RobotModel> robot =
       robot_of_log(robot_of, contract.joint_names, contract_file.string(), say, contract.couplings);
+  const data::Contract columns = robot ? of_robot(contract, *robot) : contract;
   std::vector<data::Dataset> read;
   for (const fs::path& log : logs)
-    read.push_back(as_of_robot(data::read_log(log, contract, say), robot, contract_file.string()));
+    read.push_back(as_of_robot(data::read_log(log, columns, say), robot, contract_file.string()));
   if (robot) settle_torque_timing(read, *robot, contract.torque, say);
 
   const std::vector<std::vector<doctor::Finding>> found =

@@ -91,9 +91,8 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kAngleUnit, kDamage, "a position in degrees is 57 times too large",
              "unit = \"deg\" in the contract, or --fix angle_unit", true, true},
     KindInfo{FindingKind::kLengthUnit, kDamage, "speed and friction of this joint are scaled",
-             "scale of [position] in the contract: metres per raw value of a sliding joint, times "
-             "57.2958 where the unit is deg",
-             false, true},
+             "scale of [position] in the contract: metres per raw value of a sliding joint", false,
+             true},
     KindInfo{FindingKind::kBeyondLimit, kNote,
              "its zero or its sign may be another than that of the robot's file, or the limits are "
              "not this robot's",

@@ -20,16 +20,24 @@ JointSpec lvm_sum(const LvmParts& parts) {
   if (parts.backlash) memory.modifiers.push_back({"backlash", 1});
   JointSpec joint;
   joint.laws.push_back(std::move(memory));
-  const auto add = [&](const char* law, int elements = 0, bool loaded = false) {
-    LawSpec spec{law, elements, {}};
-    if (loaded) spec.modifiers.push_back({"load", 1});
+  const auto viscous = [&](const char* law) {
+    LawSpec spec{law, 0, {}};
+    if (parts.loaded_viscous) spec.modifiers.push_back({"load", 1});
     joint.laws.push_back(warm_and_directed(std::move(spec)));
   };
-  add("viscous_power", 0, parts.loaded_viscous);
-  if (parts.viscous && !parts.inner_viscous) add("viscous", 0, parts.loaded_viscous);
-  if (parts.power_flow) add("load_dependent");
-  if (parts.stribeck) add("stribeck_peak", 0, parts.loaded_stribeck);
-  if (parts.cable) add("maxwell_slip", 1);
+  viscous("viscous_power");
+  if (parts.viscous && !parts.inner_viscous) viscous("viscous");
+  const auto further = [&](LawSpec law) {
+    joint.laws.push_back(parts.further_modifiers ? warm_and_directed(std::move(law)) : law);
+  };
+  if (parts.power_flow) further({"load_dependent", 0, {}});
+  if (parts.stribeck) {
+    LawSpec peak{"stribeck_peak", 0, {}};
+    if (parts.loaded_stribeck) peak.modifiers.push_back({"load", 1});
+    if (parts.temperature && !parts.further_modifiers) peak.modifiers.push_back({"temperature", 1});
+    further(std::move(peak));
+  }
+  if (parts.cable) further({"maxwell_slip", 1, {}});
   if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
   return joint;
 }
@@ -85,6 +93,9 @@ void set(LvmParts& parts, SumPart part, bool on) {
     case SumPart::kStribeck:
       parts.stribeck = on;
       parts.loaded_stribeck = parts.loaded_stribeck && on;
+      return;
+    case SumPart::kFurtherModifiers:
+      parts.further_modifiers = on;
       return;
     case SumPart::kCable:
       parts.cable = on;

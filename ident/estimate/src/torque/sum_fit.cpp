@@ -101,6 +101,7 @@ class SumChoice {
       try_gear_loads();
       try_bristles();
     }
+    try_further_modifiers();
     leave_out_parts();
   }
 
@@ -158,6 +159,27 @@ class SumChoice {
       const auto j = static_cast<std::size_t>(of_joint.joint);
       return with[j] != before[j] && of_joint.on && explains_enough(of_joint);
     });
+  }
+
+  /// Temperature and direction of what stands beside the memory and the viscous torque. Other parts
+  /// may have stood for them, far from the truth: a start that knows nothing may be nearer.
+  void try_further_modifiers() {
+    Parts with = parts_;
+    for (friction::LvmParts& of_joint : with)
+      if ((of_joint.temperature || of_joint.asymmetry) &&
+          (of_joint.power_flow || of_joint.stribeck || of_joint.cable))
+        set(of_joint, SumPart::kFurtherModifiers, true);
+    if (with == parts_) return;
+    const auto earns = [&](const PartEvidence& part) {
+      return has(with[static_cast<std::size_t>(part.joint)], SumPart::kFurtherModifiers) &&
+             part.on && explains_enough(part);
+    };
+    Arm modified = fit(from_fitted(with));
+    bool shows = false;
+    for (int j = 0; j < fits_->n() && !shows; ++j)
+      shows = earns(fits_->compare(modified, fitted_, j, SumPart::kFurtherModifiers));
+    if (shows) modified = better_of_each_joint(modified, fit(fits_->start(with), true));
+    take(SumPart::kFurtherModifiers, modified, earns);
   }
 
   /// A bristle instead of the bank.

@@ -54,6 +54,10 @@ std::optional<dynamics::RobotModel> robot_of_log(
     const std::function<void(const std::string&)>& say,
     const std::vector<dynamics::NamedCoupling>& couplings = {});
 
+/// The contract as it is for the joints of a robot: degrees are those of joints that turn, what a
+/// joint that slides has is in m.
+data::Contract of_robot(data::Contract contract, const dynamics::RobotModel& robot);
+
 /// The log with its joints in the order of the robot, if there is one.
 /// @throws UserError naming `where` when they are others than those of the robot
 data::Dataset as_of_robot(const data::Dataset& log,

@@ -47,7 +47,7 @@ struct MotionColumns {
     archive("unit", unit,
             choice("rad|deg|motor_rad|motor_deg",
                    "unit (per second for a velocity), at the joint or "
-                   "at the motor"));
+                   "at the motor; of joints that slide m, motor_ units apart"));
     archive("sign", sign,
             per_joint("1", -1, 1, "+1 or -1: sign of the column along the joint axis; []: +1"));
     archive("scale", scale, per_joint("1", 1e-12, 1e12, "factor of the raw values; []: 1"));

@@ -24,21 +24,22 @@ inline constexpr int kNetworkUnits = 8;
 /// Parts of `lvm_sum`.
 struct LvmParts {
   Memory memory = Memory::kBank;
-  int elements = 8;              ///< of the bank
-  bool temperature = false;      ///< of all laws but the network
-  bool load = true;              ///< modifier of the memory
-  bool gear_load = false;        ///< of what the gear hands on, instead of the motor's torque
-  bool power_flow = true;        ///< load, differently when motoring and when back-driving
-  bool asymmetry = true;         ///< of the same laws
-  int ripples = 1;               ///< waves over the joint angle, of the memory
-  bool viscous = true;           ///< linear viscous torque beside that of a power
-  bool inner_viscous = false;    ///< the linear one under the memory's modifiers, not beside it
-  bool loaded_viscous = false;   ///< load as a modifier of the viscous torques beside the memory
-  bool stribeck = false;         ///< a Stribeck torque of the speed alone, beside the memory
-  bool loaded_stribeck = false;  ///< load as a modifier of it
-  bool backlash = false;         ///< a gap before the memory
-  bool cable = false;            ///< a soft spring that slips late, beside the memory
-  int network = 0;               ///< units of the network for what the laws leave; 0: none
+  int elements = 8;                ///< of the bank
+  bool temperature = false;        ///< of the memory, viscous torque and Stribeck part
+  bool load = true;                ///< modifier of the memory
+  bool gear_load = false;          ///< of what the gear hands on, instead of the motor's torque
+  bool power_flow = true;          ///< load, differently when motoring and when back-driving
+  bool asymmetry = true;           ///< of the memory and viscous torque
+  int ripples = 1;                 ///< waves over the joint angle, of the memory
+  bool viscous = true;             ///< linear viscous torque beside that of a power
+  bool inner_viscous = false;      ///< the linear one under the memory's modifiers, not beside it
+  bool loaded_viscous = false;     ///< load as a modifier of the viscous torques beside the memory
+  bool stribeck = false;           ///< a Stribeck torque of the speed alone, beside the memory
+  bool loaded_stribeck = false;    ///< load as a modifier of it
+  bool further_modifiers = false;  ///< both of the load part, the Stribeck part and the cable too
+  bool backlash = false;           ///< a gap before the memory
+  bool cable = false;              ///< a soft spring that slips late, beside the memory
+  int network = 0;                 ///< units of the network for what the laws leave; 0: none
 
   bool operator==(const LvmParts&) const = default;
 };
@@ -60,13 +61,15 @@ enum class SumPart {
   kLoadedViscous,
   kStribeck,
   kLoadedStribeck,
+  kFurtherModifiers,
   kCable,
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
   return "bristle|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|third_ripple|"
          "temperature|"
-         "viscous|inner_viscous|loaded_viscous|stribeck|loaded_stribeck|cable|network";
+         "viscous|inner_viscous|loaded_viscous|stribeck|loaded_stribeck|further_modifiers|cable|"
+         "network";
 }
 /// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
@@ -80,11 +83,11 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {load, temperature,
 ///                     asymmetry}; the linear one in the memory instead of beside it with
 ///                     `inner_viscous`
-///     load part       load_dependent {temperature, asymmetry}
-///     Stribeck part   stribeck_peak {load, temperature, asymmetry}, which waits for no spring as
-///                     that of the memory does
-///     cable           maxwell_slip with one spring {temperature, asymmetry}, of cables and hoses
-///                     that a joint bends
+///     load part       load_dependent
+///     Stribeck part   stribeck_peak {load, temperature}, which waits for no spring as that of the
+///                     memory does
+///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends;
+///                     these three {temperature, asymmetry} with `further_modifiers`
 ///     network         memory_network, for what the laws leave
 ///
 /// Only the memory and the cable are to have Coulomb friction and only one law linear viscous

@@ -62,7 +62,7 @@ struct Recording {
 /// torque that average belongs to (tau_{k-1} + tau_k) / 2. Friction, which changes within a few
 /// samples where a joint reverses, is known at the samples: `narrow.a` and `filtered_tau` are what
 /// has these means, to fourth order in dt (Numerov). Where a joint moves less than its encoder's
-/// noise, or a step and a half, for .3 s or longer, `wide` is a straight line: under trembling of
+/// noise, or a step and a half, for .15 s or longer, `wide` is a straight line: under trembling of
 /// .2 mrad/s, or a step to and fro each second, a bristle would lose in seconds what it holds at
 /// rest. Missing values (NaN) are bridged by straight lines.
 /// Rows closer than 2 / cutoff_hz to an end or 1 / cutoff_hz to a missing value are marked unused,
@@ -79,7 +79,7 @@ std::vector<bool> beside_missing(const Dataset& log, double cutoff_hz);
 Eigen::VectorXd resolution(const Recording& recording);
 
 /// Samples (T, n) at which a joint moves less than its encoder's noise, or a step and a half, for
-/// .3 s or longer, or whose filtered torque sees such a rest, within 1 / cutoff_hz.
+/// .15 s or longer, or whose filtered torque sees such a rest, within 1 / cutoff_hz.
 UseMask at_rest(const Recording& recording, double cutoff_hz);
 
 /// The motion that friction would see had the arm moved as `wide` says: `wide` filtered once more,
