@@ -33,7 +33,8 @@ std::vector<SceneLog> logs_of_data(const scene::Problem& problem) {
 std::vector<data::Dataset> logs_of_scene(const scene::Problem& part, std::span<const SceneLog> logs,
                                          const std::function<void(const std::string&)>& say) {
   std::optional<data::Contract> contract;
-  if (!part.contract_path.empty()) contract = of_robot(data::load_contract(part.contract_path), part.robot);
+  if (!part.contract_path.empty())
+    contract = of_robot(data::load_contract(part.contract_path), part.robot);
   std::map<fs::path, std::vector<std::size_t>> parts_of;
   for (std::size_t i = 0; i < logs.size(); ++i)
     parts_of[scene::find_log(part, logs[i].log)].push_back(i);

@@ -218,6 +218,7 @@ std::vector<Explained> not_finer(std::vector<Explained> explained) {
 template <class Needs>
 std::optional<FoundCoupling> find_coupling(std::span<const CoupledArm> arms, const Account& account,
                                            const Needs& needs, double most) {
+  constexpr double kOfFiner = 0.1;  // that what is finer counts
   std::optional<FoundCoupling> found;
   double best = 0;
   for (const CoupledArm& arm : arms) {
@@ -229,7 +230,8 @@ std::optional<FoundCoupling> find_coupling(std::span<const CoupledArm> arms, con
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
       const double gained = gain(account.explained, after);
       if (gained - needs(h) <= most) continue;
-      const double told = gain(not_finer(account.explained), not_finer(after)) - needs(h);
+      const double told =
+          gain(not_finer(account.explained), not_finer(after)) + kOfFiner * gained - needs(h);
       if (found && told <= best) continue;
       best = told;
       found = {h, gained};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -118,12 +119,15 @@ std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
     for (std::size_t e = std::min(kFew, std::max<std::size_t>(events.size(), 1) - 1); e > 0; --e) {
       const double times = events[e - 1].size / std::max(events[e].size, 1e-300);
       if (times < kBeyond || events[e - 1].size < worth) continue;
-      if (std::any_of(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(e),
-                      [&](const Mean& event) {
-                        const int length = recordings[event.recording].length();
-                        return event.run.last - event.run.first > kLongest * length;
-                      }))
-        break;
+      const std::span<const Mean> large(events.data(), e);
+      const auto is_long = [&](const Mean& event) {
+        const int length = recordings[event.recording].length();
+        return event.run.last - event.run.first > kLongest * length;
+      };
+      const auto is_of_the_start = [&](const Mean& event) {
+        return event.run.first <= std::lround(kBegin / recordings[event.recording].dt);
+      };
+      if (std::ranges::any_of(large, is_long) || std::ranges::all_of(large, is_of_the_start)) break;
       joints.push_back(fmt::format("{} by {:.2g} {}", robot.joints[i].name, events[0].size,
                                    unit_of_joint("N m", slides(robot.joints[i]))));
       beyond = std::max(beyond, events[0].size / std::max(events[e].size, 1e-300));

@@ -15,13 +15,13 @@
 namespace fricid::estimate {
 namespace {
 
-constexpr double kPoor = 0.5;             // R2 of a joint's training torque
-constexpr double kSignificant = 4;        // standard errors
-constexpr double kWellExplained = 0.99;   // R2
-constexpr double kMostStatic = 2;         // static over Coulomb friction, which holds a joint at rest
-constexpr double kContradicts = 2.5;      // residual under a prior, times that of the data alone
-constexpr double kStill = 5e-3;           // [rad or m] of travel within which friction settles
-constexpr double kChatters = 0.05;        // of the seconds of the recordings
+constexpr double kPoor = 0.5;            // R2 of a joint's training torque
+constexpr double kSignificant = 4;       // standard errors
+constexpr double kWellExplained = 0.99;  // R2
+constexpr double kMostStatic = 2;     // static over Coulomb friction, which holds a joint at rest
+constexpr double kContradicts = 2.5;  // residual under a prior, times that of the data alone
+constexpr double kStill = 5e-3;       // [rad or m] of travel within which friction settles
+constexpr double kChatters = 0.05;    // of the seconds of the recordings
 constexpr double kLeastOfArmature = 0.5;  // inertia over the armature that is stated
 constexpr double kMostOfFile = 5;         // times the robot's file; usual armatures hold within 4
 constexpr double kFaster = 1.5;           // speed over that of the sliding that counts

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <ranges>
 #include <utility>
 
 #include "fricid/estimate/torque/carry_over.hpp"
@@ -22,6 +23,7 @@ constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in 
 // .. and of a part whose held-out gain is within its standard error: on the training rows. Chance
 // gains parameters over independent rows, some thousandths.
 constexpr double kTrainingGain = 0.2;
+constexpr double kFarBetter = 0.1;  // held-out mean square without a part of a fit that was stuck
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
 constexpr double kFarBehind = 10;      // the same: parts that explain this much are not left out
@@ -326,6 +328,16 @@ class SumChoice {
     // of two viscous torques the other makes up for the one that goes, slowly
     const double gain = part == SumPart::kViscous ? kPartsGain : kRoughGain;
     const Arm without = fit(from_fitted(rest), false, gain);
+    // where a joint is far better without, its fit had not found its way: from there once more
+    const auto was_lost = [&](int j) {
+      const PartEvidence found = fits_->compare(fitted_, without, j, part);
+      return found.gain < -std::max(kFarBetter, 2 * found.error);
+    };
+    const auto joints = std::views::iota(0, fits_->n());
+    if (std::ranges::any_of(joints, was_lost)) {
+      fits_->take_viscous_of(parts_);
+      fitted_ = better_of_each_joint(fitted_, fit(carried_over(without, fits_->start(parts_))));
+    }
     const Parts before = parts_;
     for (int j = 0; j < fits_->n(); ++j) {
       const auto i = static_cast<std::size_t>(j);
