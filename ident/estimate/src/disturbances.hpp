@@ -17,9 +17,9 @@ namespace fricid::estimate {
 /// residual over .15 s make events, an event ending where they are below a quarter of its largest
 /// for .3 s. Of a joint that reverses ten times at least, up to three events count that are six
 /// times as large as the next one and exceed a twentieth of its torque, root mean square. The first
-/// half second of a recording, which begins with bent springs, a joint that breaks away from rest in
-/// all of its events, and one whose events all last from there on, as cables stay bent for longer,
-/// say nothing.
+/// half second of a recording, which begins with bent springs, a joint that breaks away from rest
+/// in all of its events, and one whose events all last from there on, as cables stay bent for
+/// longer, say nothing.
 /// @param residual     (T, n) of every recording [N m]
 /// @param least_speed  (n) above which a joint slides [rad/s or m/s]
 std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
