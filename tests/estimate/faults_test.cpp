@@ -191,9 +191,9 @@ TEST(Faults, TorqueAtRestWithinFrictionIsNoFault) {
   ASSERT_TRUE(report.usable()) << text_of(report.faults);
   EXPECT_GT(report.sliding_r2[1], 0.99);
   report.r2[1] = -27;
-  report.resting_rms[1] = 0.9 * prepared.rigid_body.Fc[1];
+  report.resting_rms[1] = 1.9 * prepared.rigid_body.Fc[1];
   EXPECT_EQ(text_of(faults_of(prepared, report)), "");
-  report.resting_rms[1] = 1.1 * prepared.rigid_body.Fc[1];
+  report.resting_rms[1] = 2.1 * prepared.rigid_body.Fc[1];
   EXPECT_THAT(text_of(faults_of(prepared, report)), HasSubstr("j2: R2 -27"));
 }
 
