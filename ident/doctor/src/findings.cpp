@@ -30,8 +30,7 @@ constexpr std::array kKinds{
         "rows are lost where the time runs on: speed and acceleration leap there, and all that "
         "follows comes too early",
         "log the controller's own time stamps, or a counter of samples as time; --fix lost lets "
-        "the "
-        "time run on and leaves those rows missing",
+        "the time run on and leaves those rows missing",
         true},
     KindInfo{FindingKind::kWrap, kDamage,
              "the time goes back where its counter is full, or a minute",

@@ -228,10 +228,10 @@ std::optional<FoundCoupling> find_coupling(std::span<const CoupledArm> arms, con
       const Hypothesis h{FindingKind::kCoupled, moves,           forces,     coupling.joint,
                          coupling.motor,        coupling.factor, &arm.motors};
       const std::vector<Explained> after = judge.explain(h.undone(account.sight));
-      const double gained = gain(account.explained, after);
-      if (gained - needs(h) <= most) continue;
+      const double gained = gain(account.explained, after), needed = needs(h);
+      if (gained - needed <= most) continue;
       const double told =
-          gain(not_finer(account.explained), not_finer(after)) + kOfFiner * gained - needs(h);
+          gain(not_finer(account.explained), not_finer(after)) + kOfFiner * gained - needed;
       if (found && told <= best) continue;
       best = told;
       found = {h, gained};

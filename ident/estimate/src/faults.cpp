@@ -6,7 +6,6 @@
 
 #include "fricid/base/not_finite.hpp"
 #include "fricid/base/unit_of_joint.hpp"
-#include "fricid/data/contract.hpp"
 #include "fricid/dynamics/nominal.hpp"
 #include "fricid/estimate/fit_report.hpp"
 #include "rigid_body/joint_inertia.hpp"
@@ -218,8 +217,7 @@ std::vector<Fault> faults_of(const Prepared& prepared, const FitReport& report) 
   const Eigen::VectorXd& prior_alone = prepared.rigid_body.sigma_alone;
   const Eigen::VectorXd usual = joint_inertia(prepared.robot, prepared.recordings),
                         inertia = joint_inertia(report.model.arm.robot, prepared.recordings);
-  const bool beyond_gear = std::ranges::any_of(
-      prepared.recordings, [](const auto& r) { return data::is_link_torque(r.log); });
+  const bool beyond_gear = is_beyond_gear(prepared.recordings);
   for (std::size_t i = 0; i < report.r2.size(); ++i) {
     const int j = static_cast<int>(i);
     const dynamics::Joint& joint = prepared.robot.joints[i];

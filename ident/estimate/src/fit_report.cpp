@@ -1,11 +1,9 @@
 #include "fricid/estimate/fit_report.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "fricid/data/contract.hpp"
 #include "fricid/data/training_part.hpp"
 #include "rigid_body/frictionless.hpp"
 #include "support.hpp"
@@ -18,9 +16,8 @@ FitReport empty_report(const Prepared& prepared, const ModelOptions& options, in
   FitReport report;
   report.fitted_to = prepared.fitted_to;
   // beyond the gear there may be none
-  const bool beyond_gear = std::ranges::any_of(
-      prepared.recordings, [](const auto& r) { return data::is_link_torque(r.log); });
-  report.frictionless = !beyond_gear && is_frictionless(prepared.recordings, prepared.rigid_body);
+  report.frictionless = !is_beyond_gear(prepared.recordings) &&
+                        is_frictionless(prepared.recordings, prepared.rigid_body);
   report.model.name = options.name;
   report.model.label = options.label.empty() ? options.name : options.label;
   report.model.seed = seed;

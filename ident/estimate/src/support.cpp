@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "fricid/base/error.hpp"
+#include "fricid/data/contract.hpp"
 
 namespace fricid::estimate {
 
@@ -15,6 +16,11 @@ Temperatures temperatures_of(std::span<const signals::Recording> recordings) {
   }
   const double mean = sum / count;
   return {mean, std::sqrt(std::max(0.0, square / count - mean * mean))};
+}
+
+bool is_beyond_gear(std::span<const signals::Recording> recordings) {
+  return std::ranges::any_of(
+      recordings, [](const signals::Recording& r) { return data::is_link_torque(r.log); });
 }
 
 Eigen::VectorXd filtered_torque_rms(std::span<const signals::Recording> recordings) {

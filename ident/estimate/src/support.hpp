@@ -36,6 +36,9 @@ Temperatures temperatures_of(std::span<const signals::Recording> recordings);
 /// Root mean square of the filtered torque per joint (n) [N m].
 Eigen::VectorXd filtered_torque_rms(std::span<const signals::Recording> recordings);
 
+/// Whether a torque was measured beyond the gear, where its rotor and its friction are not.
+bool is_beyond_gear(std::span<const signals::Recording> recordings);
+
 /// How often a velocity changes its direction, speeds below `least` being neither.
 int reversals_in(const Eigen::Ref<const Eigen::VectorXd, 0, Eigen::InnerStride<>>& v, double least);
 

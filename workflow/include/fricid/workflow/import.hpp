@@ -38,8 +38,7 @@ struct ImportedLog {
 /// @param fixes     kinds of findings to be mended, each in the logs that have one
 /// @param say       takes lines about the reading
 /// @throws UserError with the place in the file on a log that cannot be used or mended, or for a
-/// kind
-///         that no log has
+///         kind that no log has
 std::vector<ImportedLog> import_logs(std::span<const std::filesystem::path> logs,
                                      const data::Contract& contract,
                                      const std::filesystem::path& contract_file,

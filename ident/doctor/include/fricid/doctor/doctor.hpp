@@ -16,7 +16,7 @@ namespace fricid::doctor {
 /// Of the times: rate, duplicate, wrap; gap, jitter, clock_drift, or uneven where the motion is
 /// smooth by its stamps; of a file of several recordings
 /// restart alone, and so of rows of several sources in turn. Of rows that are held: held, then all
-/// others of the log without. Of each signal: missing, stuck, constant, still, quantised,
+/// others of the log without. Of each signal: missing, stuck, constant, unsigned, still, quantised,
 /// saturated, spike, jump, repeated rows, lost ones. Between signals: columns of two joints that
 /// are the same, a velocity that is not the derivative of the position. Against dynamics, by linear
 /// regression of the torque on the motion under every hypothesis (a mount, a sign, a swap, degrees,
