@@ -391,7 +391,7 @@ TEST(JointFits, NetworksLearnWhatNoLawDescribes) {
   const auto fitted = [&](const friction::LvmParts& parts) {
     Arm arm = fits.start(std::vector<friction::LvmParts>(3, parts));
     for (int pass = 0; pass < 3; ++pass)  // each weighs the joints by what the last one left
-      arm = fits.on_torque(arm, JointFits::Rows::kTraining, false).arm;
+      arm = fits.on_torque(arm, JointFits::Rows::kTraining, WaveSearch::kNone).arm;
     return arm;
   };
   const Arm without = fitted(plain);
@@ -420,7 +420,8 @@ TEST(JointFits, NetworksLearnWhatTheSumLeaves) {
                                    .network = units};
     const Arm start = fits.start(std::vector<friction::LvmParts>(3, parts));
     return fits
-        .on_torque(from ? carried_over(*from, start) : start, JointFits::Rows::kTraining, !from)
+        .on_torque(from ? carried_over(*from, start) : start, JointFits::Rows::kTraining,
+                   from ? WaveSearch::kNone : WaveSearch::kGears)
         .arm;
   };
   const Arm sum = fitted(1, 0, nullptr);

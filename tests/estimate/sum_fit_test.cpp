@@ -259,6 +259,29 @@ TEST(SumFit, HasAStribeckTorqueBesideTheMemory) {
     EXPECT_FALSE(part.stribeck);
 }
 
+// A bank or a stiff bristle, with a Stribeck torque beside it, stands for friction without memory.
+TEST(SumFit, HasNoMemoryWhereTheTruthHasNone) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0, mu
+    theta.push_back({6 * size, 7 * size, 0.1, 2 * size, 0.03, 0.02});
+  const Prepared prepared = noisy_logs(arm_with({{{"stribeck", 0, {{"load", 1}}}}}, theta), 36);
+  JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  for (int j = 0; j < 3; ++j) {
+    const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
+    ASSERT_TRUE(of_joint.memory == friction::Memory::kNone && !of_joint.stribeck) << j;
+    EXPECT_TRUE(of_joint.inner_viscous) << j;
+    EXPECT_NEAR(parameter(sum, j, "stribeck", "v0"), 0.03, 0.006) << j;
+    EXPECT_NEAR(parameter(sum, j, "load", "mu"), 0.02, 0.004) << j;
+  }
+  for (const PartEvidence& part : evidence)  // says what the sum has, whatever was tried first
+    if (part.part == friction::SumPart::kMemoryless || part.part == friction::SumPart::kBristle) {
+      EXPECT_EQ(part.on, part.part == friction::SumPart::kMemoryless) << part.joint;
+    }
+}
+
 // A bristle with a Stribeck curve of .02 rad/s beside a Stribeck torque of .6: one curve fitted to
 // both lies far from either.
 TEST(SumFit, FindsBothOfTwoStribeckCurves) {

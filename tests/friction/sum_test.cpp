@@ -93,5 +93,15 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
             "stribeck:r viscous_power: viscous: load_dependent: memory_network: ");
 }
 
+TEST(LvmSum, HasOneStribeckTorqueWithoutMemory) {
+  LvmParts parts{.stribeck = true, .loaded_stribeck = true};
+  set(parts, SumPart::kMemoryless, true);
+  EXPECT_TRUE(parts.memory == Memory::kNone && !parts.stribeck && !parts.loaded_stribeck);
+  set(parts, SumPart::kBristle, false);
+  EXPECT_EQ(parts.memory, Memory::kNone);
+  set(parts, SumPart::kStribeck, true);
+  EXPECT_EQ(parts.memory, Memory::kBank);
+}
+
 }  // namespace
 }  // namespace fricid::friction

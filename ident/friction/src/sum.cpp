@@ -38,15 +38,23 @@ JointSpec lvm_sum(const LvmParts& parts) {
     further(std::move(peak));
   }
   if (parts.cable) further({"maxwell_slip", 1, {}});
-  if (parts.network > 0) joint.laws.push_back({"memory_network", parts.network, {}});
+  if (parts.network > 0)
+    joint.laws.push_back(warm_and_directed({"memory_network", parts.network, {}}));
   return joint;
 }
 
 void set(LvmParts& parts, SumPart part, bool on) {
   switch (part) {
     case SumPart::kBristle:
-      parts.memory = on ? Memory::kBristle : Memory::kBank;
+    case SumPart::kMemoryless: {
+      const Memory memory = part == SumPart::kBristle ? Memory::kBristle : Memory::kNone;
+      if (on && memory == Memory::kNone) set(parts, SumPart::kStribeck, false);
+      if (on)
+        parts.memory = memory;
+      else if (parts.memory == memory)
+        parts.memory = Memory::kBank;
       return;
+    }
     case SumPart::kBacklash:
       parts.backlash = on;
       return;
@@ -87,10 +95,11 @@ void set(LvmParts& parts, SumPart part, bool on) {
       parts.inner_viscous = parts.inner_viscous && !on;
       return;
     case SumPart::kLoadedStribeck:
-      parts.stribeck = parts.stribeck || on;
+      if (on) set(parts, SumPart::kStribeck, true);
       parts.loaded_stribeck = on;
       return;
     case SumPart::kStribeck:
+      if (on) set(parts, SumPart::kMemoryless, false);
       parts.stribeck = on;
       parts.loaded_stribeck = parts.loaded_stribeck && on;
       return;

@@ -166,7 +166,7 @@ JointFrictionFit fit_joint_friction(const JointFrictionData& data,
   }
   if (!ripples.empty() && best.value < kBadValue) {
     coordinates.to_theta(best.x, fit.theta);
-    seed_ripples(data, friction, ripples, fit.theta);
+    seed_ripples(data, friction, ripples, false, fit.theta);
     coordinates = SearchCoordinates(friction, fit.theta, options.held);
     best.x = coordinates.to_scaled(fit.theta);
     best.value = std::min(kBadValue, data.mean_square(friction, fit.theta));

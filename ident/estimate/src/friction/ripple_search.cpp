@@ -22,12 +22,12 @@ std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction) {
 }
 
 void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
-                  std::span<const std::size_t> terms, std::span<double> theta) {
+                  std::span<const std::size_t> terms, bool slow, std::span<double> theta) {
   const double step = std::max(kRippleGrid * 2 * std::numbers::pi / data.travel(), kFinestOfGrid);
   const std::size_t first = ripple_terms(friction).front();
   for (const std::size_t i : terms) {
     theta[ripple_amplitude(i)] = 0;
-    const double fewest = i == first ? kFewestRipples : kFewestOfFurther;
+    const double fewest = i == first && !slow ? kFewestRipples : kFewestOfFurther;
     const RippleTerm term = data.strongest_ripple(
         friction, theta, {fewest, step, static_cast<int>((kMostRipples - fewest) / step) + 1});
     const double values[] = {term.n, term.A, term.phi};

@@ -17,7 +17,8 @@ constexpr std::size_t ripple_amplitude(std::size_t term) { return term + 1; }
 /// leaves.
 /// @param friction  of one joint
 /// @param terms     see `ripple_terms`
+/// @param slow      the first one of the joint too may be of an order below those of gears
 void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& friction,
-                  std::span<const std::size_t> terms, std::span<double> theta);
+                  std::span<const std::size_t> terms, bool slow, std::span<double> theta);
 
 }  // namespace fricid::estimate

@@ -25,8 +25,8 @@ std::vector<std::size_t> unknown_ripples(const friction::Friction& friction) {
 }
 
 /// Looks for ripples in what the arm leaves of the torque.
-void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& terms, Arm& arm,
-                  int jobs) {
+void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& terms,
+                  WaveSearch waves, Arm& arm, int jobs) {
   const FrictionTorques target = friction_target(arm.robot, arm.robot.pi, data.recordings(), jobs);
   const std::vector<JointModel> models = joint_models(arm.friction.model);
   parallel_for(data.n(), jobs, [&](int j) {
@@ -36,7 +36,7 @@ void find_ripples(const ArmTorqueData& data, const std::vector<std::size_t>& ter
       if (term >= joint.begin && term < joint.begin + joint.size) own.push_back(term - joint.begin);
     if (own.empty()) return;
     const JointFrictionData left(data.recordings(), target, j, data.cutoff_hz());
-    seed_ripples(left, joint.one, own,
+    seed_ripples(left, joint.one, own, waves == WaveSearch::kAll,
                  std::span(arm.friction.theta).subspan(joint.begin, joint.size));
   });
 }
@@ -49,13 +49,14 @@ ArmTorqueFit fit_arm_torque(const ArmTorqueData& data, const Arm& start,
   ArmTorqueFit fit;
   fit.arm = start;
   bool converged = false;
-  const std::vector<std::size_t> sought =
-      options.find_ripples ? unknown_ripples(start.friction) : std::vector<std::size_t>();
+  const std::vector<std::size_t> sought = options.waves != WaveSearch::kNone
+                                              ? unknown_ripples(start.friction)
+                                              : std::vector<std::size_t>();
   const int passes = sought.empty() ? 1 : 2;
   for (int pass = 0; pass < passes; ++pass) {
     const bool before = pass + 1 < passes;
     const bool is_rough = before || options.smallest_gain >= kFirstGain;
-    if (passes > 1 && !before) find_ripples(data, sought, fit.arm, jobs);
+    if (passes > 1 && !before) find_ripples(data, sought, options.waves, fit.arm, jobs);
     CoordinateOptions frame = options.coordinates;
     if (before)
       for (const std::size_t term : sought) frame.limits.push_back({ripple_amplitude(term), 0, 0});

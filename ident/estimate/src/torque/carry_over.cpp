@@ -83,10 +83,17 @@ bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
 
 Arm with_stribeck_curves(const Arm& from, Arm to) {
   using enum friction::Role;
-  for (int j = 0; j < to.robot.n(); ++j)
+  Arm given = from;
+  for (int j = 0; j < to.robot.n(); ++j) {
+    if (const std::optional<TwoCurves> curves = two_curves(given, j);
+        curves && !two_curves(to, j)) {
+      curves->Fs = curves->Fc + curves->Ts_beside;
+      curves->vs = curves->vs_beside;
+    }
     for (const friction::Role role : {kCoulomb, kStatic, kStribeckVelocity})
-      take_over(from, find_parameter(from.friction.model, j, role), to,
+      take_over(given, find_parameter(given.friction.model, j, role), to,
                 find_parameter(to.friction.model, j, role));
+  }
   return to;
 }
 

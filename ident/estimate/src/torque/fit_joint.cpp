@@ -84,8 +84,9 @@ std::optional<Arm> arm_of(ConventionalFits& fits, const char* law, int seed, int
 
 Arm roughly_fitted(JointFits& fits, const Arm& start) {
   return fits
-      .under_own_load(fits.on_torque(start, JointFits::Rows::kTraining, true, kRoughGain).arm,
-                      JointFits::Rows::kTraining, kRoughGain)
+      .under_own_load(
+          fits.on_torque(start, JointFits::Rows::kTraining, WaveSearch::kGears, kRoughGain).arm,
+          JointFits::Rows::kTraining, kRoughGain)
       .arm;
 }
 
@@ -144,9 +145,9 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
   for (const auto& [law, elements] : kRivals) {
     const auto begin = std::chrono::steady_clock::now();
     const Arm start = fits.start(friction::JointSpec{{{law, elements, {}}}});
-    Arm arm = fits.on_torque(start, JointFits::Rows::kAll, false, kRoughGain).arm;
+    Arm arm = fits.on_torque(start, JointFits::Rows::kAll, WaveSearch::kNone, kRoughGain).arm;
     if (fits.held_out_torque(arm) < kLost * found[0].torque)
-      arm = fits.on_torque(arm, JointFits::Rows::kAll, false).arm;
+      arm = fits.on_torque(arm, JointFits::Rows::kAll, WaveSearch::kNone).arm;
     add_rival(fits.judged(law, arm, seconds_since(begin)));
   }
   const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
@@ -177,11 +178,46 @@ Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::Robot
   return with_soft_springs(fits, fits.prior() ? without_wrong_prior(fits, start, own) : start);
 }
 
-/// The laws of a scene.
+/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order, and
+/// viscous friction of a power law as before the first fit, which ends where c is zero or p is
+/// lost. Nothing where the laws have neither.
+std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
+  using enum friction::Role;
+  friction::Friction& friction = fitted.friction;
+  const Arm unfitted = fits.start(friction.model.joints());
+  bool any = false;
+  for (const std::size_t term : ripple_terms(friction.model)) {
+    friction.theta[ripple_amplitude(term)] = 0;
+    any = true;
+  }
+  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
+    const friction::ParameterRef& p = friction.model.parameters()[i];
+    if (friction::find_parameter(friction.model, p.joint, kPowerViscous) < 0) continue;
+    any = true;
+    if (p.info.role == kPowerViscous || p.info.role == kExponent || p.info.role == kViscous)
+      friction.theta[i] = unfitted.friction.theta[i];
+  }
+  return any ? std::optional<Arm>(std::move(fitted)) : std::nullopt;
+}
+
+/// The laws of a scene, fitted from two starts; each joint keeps the better.
 Candidate of_laws(JointFits& fits, const Arm& start) {
-  const ArmTorqueFit fit = fits.on_torque(start, JointFits::Rows::kAll);
-  return fits.judged("torque", fits.under_own_load(fit.arm, JointFits::Rows::kAll).arm,
-                     fit.seconds);
+  constexpr double kBetterFit = 0.999;  // root mean square of the residual
+  const auto begin = std::chrono::steady_clock::now();
+  const Arm first = fits.on_torque(start, JointFits::Rows::kAll).arm;
+  Arm best = first;
+  if (const std::optional<Arm> other = another_start(fits, first)) {
+    const Arm second = fits.on_torque(*other, JointFits::Rows::kAll, WaveSearch::kAll).arm;
+    std::vector<const Arm*> of_joint;
+    for (int j = 0; j < fits.n(); ++j)
+      of_joint.push_back(fits.residual_rms(second, j) < kBetterFit * fits.residual_rms(first, j)
+                             ? &second
+                             : &first);
+    if (std::ranges::count(of_joint, &first) < std::ssize(of_joint))
+      best = fits.on_torque(joined(of_joint, first), JointFits::Rows::kAll, WaveSearch::kNone).arm;
+  }
+  return fits.judged("torque", fits.under_own_load(best, JointFits::Rows::kAll).arm,
+                     seconds_since(begin));
 }
 
 /// Whether two candidates are of the same laws.
@@ -234,8 +270,8 @@ std::string message_of(const JointFits& fits, const Candidate& taken, std::size_
         period);
   if (sum && fits.is_short())
     message += fmt::format(
-        "; less than {:.0f} s are held out: no cable and no Stribeck torque beside the memory were "
-        "looked for, and parts may be on or off by chance",
+        "; less than {:.0f} s are held out: no cable was looked for, and parts may be on or off by "
+        "chance",
         kFewSeconds);
   return message;
 }

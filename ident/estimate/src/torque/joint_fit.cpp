@@ -191,7 +191,7 @@ JointFits::UnderOwnLoad JointFits::under_own_load(const Arm& start, Rows rows,
     }
     if (settled) break;
     take_loads(std::move(loads));
-    arm = on_torque(arm, rows, false, smallest_gain).arm;
+    arm = on_torque(arm, rows, WaveSearch::kNone, smallest_gain).arm;
     before = std::move(predicted);
     moved_before = std::move(moved);
   }
@@ -367,19 +367,19 @@ std::vector<Limit> JointFits::load_limits(const Arm& arm, double most, double ai
   return limits;
 }
 
-ArmTorqueFit JointFits::on_torque(const Arm& given, Rows rows, bool find_ripples,
+ArmTorqueFit JointFits::on_torque(const Arm& given, Rows rows, WaveSearch waves,
                                   double smallest_gain) const {
   ArmTorqueOptions options = torque_options(given);
   Arm start = given;
   for (const Limit& limit : options.coordinates.limits)  // what another arm had of it goes
     if (limit.lower == limit.upper) start.friction.theta[limit.parameter] = limit.lower;
-  options.find_ripples = find_ripples;
+  options.waves = waves;
   options.smallest_gain = smallest_gain;
   // parts are compared without the pull: banks of springs stand for other memories by Fs < Fc
   options.pull_static = rows == Rows::kAll;
   const ArmTorqueData& data = rows == Rows::kAll ? all_ : training_;
   ArmTorqueFit fit = fit_arm_torque(data, start, options, jobs_);
-  options.find_ripples = false;
+  options.waves = WaveSearch::kNone;
   for (int cut = 0; cut < kMostCuts; ++cut) {
     const std::vector<Limit> limits = load_limits(fit.arm, kMostLoadGain, kCutLoadGain);
     if (limits.empty()) break;
@@ -398,14 +398,14 @@ Arm JointFits::on_torque_of_springs(const Arm& start) {
   Arm arm = start;
   for (int pass = 0; pass < kPasses; ++pass) {
     take_springs_of(arm);
-    arm = on_torque(arm, Rows::kTraining, false, kSmallestGain).arm;
+    arm = on_torque(arm, Rows::kTraining, WaveSearch::kNone, kSmallestGain).arm;
   }
   return arm;
 }
 
 std::vector<Arm> JointFits::cross_fit(const Arm& fitted) const {
   ArmTorqueOptions options = torque_options(fitted);
-  options.find_ripples = false;
+  options.waves = WaveSearch::kNone;
   std::ranges::copy(load_limits(fitted, 0, kMostLoadGain),
                     std::back_inserter(options.coordinates.limits));
   std::vector<Arm> arms;

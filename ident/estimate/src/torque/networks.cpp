@@ -33,7 +33,7 @@ std::vector<LvmParts> bare(std::vector<LvmParts> parts, const std::vector<bool>&
                   .temperature = parts[j].temperature,
                   .load = false,
                   .power_flow = false,
-                  .asymmetry = false,
+                  .asymmetry = parts[j].asymmetry,
                   .ripples = 0,
                   .network = friction::kNetworkUnits};
   return parts;
@@ -63,7 +63,7 @@ class Trials {
     const auto begin = std::chrono::steady_clock::now();
     Arm arm = start;
     for (int pass = 0; pass < passes; ++pass)
-      arm = fits_.on_torque(arm, kTraining, false, smallest_gain).arm;
+      arm = fits_.on_torque(arm, kTraining, WaveSearch::kNone, smallest_gain).arm;
     found_.push_back(fits_.judged(std::move(name), arm, seconds_since(begin)));
   }
 
@@ -162,7 +162,7 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   const Candidate& best = cheap[choose(cheap)];
   const Difference gain = between(trials[0].rollouts, best.rollouts);
   if (gain.mean <= gain.error || kBetter * best.held_out >= trials[0].held_out) return std::nullopt;
-  const Arm arm = fits.on_torque(best.arm, kAll, false).arm;
+  const Arm arm = fits.on_torque(best.arm, kAll, WaveSearch::kNone).arm;
   return fits.judged(best.name, arm, seconds_since(begin));
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <ranges>
 #include <utility>
 
@@ -18,20 +20,23 @@ constexpr int kSweeps = 2;  // over the parts
 // Least gain of the best of many: share of the mean square, and standard errors unless it halves
 // the mean square.
 constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
+constexpr double kClearGain = 0.25, kClearErrors = 3;  // of all joints on a short log, mean
 constexpr double kGearErrors = 3;  // of load on the link's side of a gear, where it shows most
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
 // .. and of a part whose held-out gain is within its standard error: on the training rows. Chance
 // gains parameters over independent rows, some thousandths.
 constexpr double kTrainingGain = 0.2;
-constexpr double kFarBetter = 0.1;  // held-out mean square without a part of a fit that was stuck
+constexpr double kHopeless = -0.98;  // gain without memory: 50 times the mean square
+constexpr double kFarBetter = 0.1;   // held-out mean square without a part of a fit that was stuck
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
 constexpr double kFarBehind = 10;      // the same: parts that explain this much are not left out
 
+bool explains(const PartEvidence& part) { return part.on; }
 /// What was picked from many, a wave by its order or a cable by its length, has to gain more than
 /// by chance.
 bool explains_enough(const PartEvidence& part) {
-  return part.gain > std::max(kWaveGain, std::min(kWaveErrors * part.error, kHalf));
+  return part.on && part.gain > std::max(kWaveGain, std::min(kWaveErrors * part.error, kHalf));
 }
 
 /// Half the width of the gap of a joint [rad].
@@ -46,7 +51,7 @@ class SumChoice {
   /// Begins with all parts of the laws from what `from` has of them.
   SumChoice(JointFits& fits, const Arm& from) : fits_(&fits) {
     const Arm start = start_with(fits.all_parts());
-    fitted_ = fit(with_stribeck_curves(from, carried_over(from, start)), true);
+    fitted_ = fit(with_stribeck_curves(from, carried_over(from, start)), WaveSearch::kGears);
   }
   /// Begins with a memory alone: on a long log the one that explains more, else a bank.
   explicit SumChoice(JointFits& fits) : fits_(&fits) {
@@ -82,38 +87,45 @@ class SumChoice {
 
   /// What else may be in a joint, and what says nothing.
   void complete() {
-    if (!fits_->is_short()) try_gear_loads();
-    try_bristles();
+    try_gear_loads();
+    try_memories();
     try_gaps();
     try_bristles_behind_gaps();
-    if (try_inner_viscous()) try_bristles();
-    if (try_under_load(SumPart::kLoadedViscous)) try_bristles();
-    // a few seconds are no proof for what stands beside the memory, or against a part
-    if (!fits_->is_short() && try_stribeck()) {
-      try_under_load(SumPart::kLoadedStribeck);
-      try_bristles();
+    if (try_inner_viscous()) try_memories();
+    if (try_under_load(SumPart::kLoadedViscous)) try_memories();
+    if (try_stribeck()) {
+      if (!fits_->is_short()) try_under_load(SumPart::kLoadedStribeck);
+      try_memories();
     }
     const Parts before = parts_;
     try_ripples();
-    if (fits_->is_short()) return;
-    try_bristles_and_cables();
-    try_cables();
+    // a few seconds are no proof for a cable, or against a part
+    if (!fits_->is_short()) {
+      try_bristles_and_cables();
+      try_cables();
+    }
     // a wave or a cable that was not known had hidden what the memory is
     if (parts_ != before) {
       try_gear_loads();
-      try_bristles();
+      try_memories();
     }
+    if (fits_->is_short()) return;
     try_further_modifiers();
     leave_out_parts();
   }
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
-  const std::vector<PartEvidence>& evidence() const { return evidence_; }
+  std::vector<PartEvidence> evidence() const {
+    std::vector<PartEvidence> found = evidence_;
+    for (PartEvidence& part : found)
+      part.on = has(parts_[static_cast<std::size_t>(part.joint)], part.part);
+    return found;
+  }
   /// What the choice ended with.
   const Arm& fitted() const { return fitted_; }
   /// With these parts, from there.
   Arm fitted(JointFits::Rows rows) const {
-    return fits_->on_torque(from_fitted(parts_), rows, false).arm;
+    return fits_->on_torque(from_fitted(parts_), rows, WaveSearch::kNone).arm;
   }
 
  private:
@@ -136,7 +148,8 @@ class SumChoice {
       together += part.gain;
       one_shows_it = one_shows_it || part.gain > std::max(kWaveGain, kGearErrors * part.error);
     }
-    const bool proven = one_shows_it && together > 0;
+    const bool proven =
+        fits_->is_short() ? is_clear(gears, SumPart::kGearLoad) : one_shows_it && together > 0;
     take(SumPart::kGearLoad, gears, [&](const PartEvidence& part) {
       return proven && part.on &&
              has(with[static_cast<std::size_t>(part.joint)], SumPart::kGearLoad);
@@ -156,10 +169,11 @@ class SumChoice {
         set(with[j], part, true);
     if (with == parts_) return false;
     const Parts before = parts_;
-    const Arm loaded = better_of_each_joint(fit(from_fitted(with)), fit(fits_->start(with), true));
+    const Arm loaded =
+        better_of_each_joint(fit(from_fitted(with)), fit(fits_->start(with), WaveSearch::kGears));
     return take(part, loaded, [&](const PartEvidence& of_joint) {
       const auto j = static_cast<std::size_t>(of_joint.joint);
-      return with[j] != before[j] && of_joint.on && explains_enough(of_joint);
+      return with[j] != before[j] && explains_enough(of_joint);
     });
   }
 
@@ -174,20 +188,57 @@ class SumChoice {
     if (with == parts_) return;
     const auto earns = [&](const PartEvidence& part) {
       return has(with[static_cast<std::size_t>(part.joint)], SumPart::kFurtherModifiers) &&
-             part.on && explains_enough(part);
+             explains_enough(part);
     };
     Arm modified = fit(from_fitted(with));
     bool shows = false;
     for (int j = 0; j < fits_->n() && !shows; ++j)
       shows = earns(fits_->compare(modified, fitted_, j, SumPart::kFurtherModifiers));
-    if (shows) modified = better_of_each_joint(modified, fit(fits_->start(with), true));
+    if (shows)
+      modified = better_of_each_joint(modified, fit(fits_->start(with), WaveSearch::kGears));
     take(SumPart::kFurtherModifiers, modified, earns);
   }
 
-  /// A bristle instead of the bank.
-  void try_bristles() {
+  /// Another memory instead of the bank: a bristle, or none.
+  void try_memories() {
     bristles_ = with_bristles();
-    take(SumPart::kBristle, bristles_, [](const PartEvidence& part) { return part.on; });
+    take(SumPart::kBristle, bristles_, explains);
+    try_memoryless();
+  }
+
+  /// No memory, alone and with gear load, which may hide behind a bank. Most joints are told apart
+  /// by a rough fit.
+  void try_memoryless() {
+    const Parts none = switched(SumPart::kMemoryless);
+    if (none == parts_ || is_hopeless_without_memory_) return;
+    Arm without =
+        fit(with_stribeck_curves(fitted_, from_fitted(none)), WaveSearch::kNone, kRoughGain);
+    is_hopeless_without_memory_ = true;
+    for (int j = 0; j < fits_->n(); ++j)
+      if (none[static_cast<std::size_t>(j)] != parts_[static_cast<std::size_t>(j)] &&
+          fits_->compare(without, fitted_, j, SumPart::kMemoryless).gain > kHopeless)
+        is_hopeless_without_memory_ = false;
+    if (is_hopeless_without_memory_) return;
+    without = fit(without);
+    const bool taken = take(SumPart::kMemoryless, without, explains);
+    if (taken) try_gear_loads();
+    try_memoryless_under_gear_load();
+  }
+  void try_memoryless_under_gear_load() {
+    Parts with = parts_;
+    for (int j = 0; j < fits_->n(); ++j) {
+      friction::LvmParts& of_joint = with[static_cast<std::size_t>(j)];
+      if (of_joint.memory == friction::Memory::kNone) continue;
+      set(of_joint, SumPart::kMemoryless, true);
+      if (fits_->can_show(SumPart::kGearLoad, j)) set(of_joint, SumPart::kGearLoad, true);
+      of_joint.power_flow = false;
+    }
+    if (with == parts_) return;
+    const Arm both = fit(fits_->start(with));
+    if (take_together({SumPart::kMemoryless, SumPart::kGearLoad}, with, both,
+                      earning(both, SumPart::kMemoryless)) &&
+        !fits_->is_short())
+      leave_out(SumPart::kGearLoad);
   }
 
   /// A gap before the memory.
@@ -206,29 +257,54 @@ class SumChoice {
     for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
     if (with == parts_) return;
     const Arm both = fit(with_stribeck_curves(fitted_, from_fitted(with)));
-    take_with_bristles(SumPart::kBacklash, with, both, [&](const PartEvidence& part) {
-      return part.on && gap_of(both, part.joint) > kSmallestGap;
-    });
+    take_together({SumPart::kBristle, SumPart::kBacklash}, with, both,
+                  [&](const PartEvidence& part) {
+                    return part.on && gap_of(both, part.joint) > kSmallestGap;
+                  });
   }
 
   /// Viscous friction that the modifiers of the memory scale. @return whether a joint has it
   bool try_inner_viscous() {
     const Parts with = switched(SumPart::kInnerViscous);
-    const Arm inner = fit(with_viscous_friction(fitted_, from_fitted(with)), false, kRoughGain);
-    return take(SumPart::kInnerViscous, inner, [](const PartEvidence& part) {
-      return part.on && part.gain > std::max(kInnerGain, kInnerErrors * part.error);
+    const Arm inner =
+        fit(with_viscous_friction(fitted_, from_fitted(with)), WaveSearch::kNone, kRoughGain);
+    return take(SumPart::kInnerViscous, inner, [&](const PartEvidence& part) {
+      const bool memoryless =
+          has(parts_[static_cast<std::size_t>(part.joint)], SumPart::kMemoryless);
+      return part.on && (memoryless || part.gain > std::max(kInnerGain, kInnerErrors * part.error));
     });
+  }
+
+  /// Whether all joints together show what `with` has, clearly.
+  bool is_clear(const Arm& with, SumPart part) const {
+    double gain = 0, variance = 0;
+    for (int j = 0; j < fits_->n(); ++j) {
+      const PartEvidence found = fits_->compare(with, fitted_, j, part);
+      gain += found.gain;
+      variance += found.error * found.error;
+    }
+    return gain > std::max(kClearGain * fits_->n(), kClearErrors * std::sqrt(variance));
+  }
+
+  /// What a part of `with` has to gain in a joint. A few seconds of one joint are no proof, those
+  /// of all joints may be: then it has to gain anything.
+  std::function<bool(const PartEvidence&)> earning(const Arm& with, SumPart part) const {
+    if (!fits_->is_short()) return explains_enough;
+    return [clear = is_clear(with, part)](const PartEvidence& found) {
+      return clear && found.gain > 0;
+    };
   }
 
   /// A Stribeck torque that waits for no spring, beside the memory as it is or, since a bank stands
   /// for the two and neither alone is better than it, beside a bristle.
   /// @return whether a joint has it
   bool try_stribeck() {
-    const auto earns = [](const PartEvidence& part) { return part.on && explains_enough(part); };
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       const Parts before = parts_, beside = switched(SumPart::kStribeck);
-      if (beside != parts_)
-        take(SumPart::kStribeck, fit(from_fitted(beside), false, kRoughGain), earns);
+      if (beside != parts_) {
+        const Arm with = fit(from_fitted(beside), WaveSearch::kNone, kRoughGain);
+        take(SumPart::kStribeck, with, earning(with, SumPart::kStribeck));
+      }
       Parts with = beside;
       for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
       if (with == parts_) break;
@@ -236,9 +312,10 @@ class SumChoice {
       // a curve that stood for two lies far from both: a start that knows nothing may be nearer
       bool shows = std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
       for (int j = 0; j < fits_->n() && !shows; ++j)
-        shows = earns(fits_->compare(both, fitted_, j, SumPart::kStribeck));
+        shows = fits_->compare(both, fitted_, j, SumPart::kStribeck).on;
       if (shows) both = better_of_each_joint(both, fit(fits_->start(with)));
-      take_with_bristles(SumPart::kStribeck, with, both, earns);
+      take_together({SumPart::kBristle, SumPart::kStribeck}, with, both,
+                    earning(both, SumPart::kStribeck));
       if (parts_ == before) break;
     }
     // two curves, of which the wide one is found first
@@ -262,11 +339,8 @@ class SumChoice {
   /// Further waves over the joint angle, until no joint has one more.
   void try_ripples() {
     for (const SumPart part : {SumPart::kSecondRipple, SumPart::kThirdRipple}) {
-      const Arm waves = fit(from_fitted(switched(part)), true, kRoughGain);
-      if (!take(part, waves, [](const PartEvidence& of_joint) {
-            return of_joint.on && explains_enough(of_joint);
-          }))
-        return;
+      const Arm waves = fit(from_fitted(switched(part)), WaveSearch::kGears, kRoughGain);
+      if (!take(part, waves, explains_enough)) return;
     }
   }
 
@@ -281,8 +355,8 @@ class SumChoice {
     if (with == parts_) return;
     Arm start = carried_over(bristles_, from_fitted(with));
     start_cables(cables, start.friction);
-    take_with_bristles(SumPart::kCable, with, fits_->on_torque_of_springs(start),
-                       [](const PartEvidence& part) { return part.on && explains_enough(part); });
+    take_together({SumPart::kBristle, SumPart::kCable}, with, fits_->on_torque_of_springs(start),
+                  explains_enough);
     keep_springs_of(with);
   }
 
@@ -298,7 +372,7 @@ class SumChoice {
     Arm start = from_fitted(with);
     start_cables(cables, start.friction);
     take(SumPart::kCable, fits_->on_torque_of_springs(start), [&](const PartEvidence& part) {
-      return cables[static_cast<std::size_t>(part.joint)].K > 0 && part.on && explains_enough(part);
+      return cables[static_cast<std::size_t>(part.joint)].K > 0 && explains_enough(part);
     });
     keep_springs_of(with);
   }
@@ -327,7 +401,7 @@ class SumChoice {
     if (rest == parts_) return;
     // of two viscous torques the other makes up for the one that goes, slowly
     const double gain = part == SumPart::kViscous ? kPartsGain : kRoughGain;
-    const Arm without = fit(from_fitted(rest), false, gain);
+    const Arm without = fit(from_fitted(rest), WaveSearch::kNone, gain);
     // where a joint is far better without, its fit had not found its way: from there once more
     const auto was_lost = [&](int j) {
       const PartEvidence found = fits_->compare(fitted_, without, j, part);
@@ -371,8 +445,9 @@ class SumChoice {
   Arm with_bristles() const {
     return fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
   }
-  Arm fit(const Arm& start, bool find_ripples = false, double smallest_gain = kPartsGain) const {
-    return fits_->on_torque(start, JointFits::Rows::kTraining, find_ripples, smallest_gain).arm;
+  Arm fit(const Arm& start, WaveSearch waves = WaveSearch::kNone,
+          double smallest_gain = kPartsGain) const {
+    return fits_->on_torque(start, JointFits::Rows::kTraining, waves, smallest_gain).arm;
   }
   Arm from_fitted(const Parts& parts) const {
     fits_->take_viscous_of(parts);
@@ -388,8 +463,10 @@ class SumChoice {
   bool try_part(SumPart part) {
     const Parts with = switched(part);
     if (with == parts_) return false;
-    return take(part, fit(from_fitted(with), part == SumPart::kRipple, kRoughGain),
-                [](const PartEvidence& of_joint) { return of_joint.on; });
+    return take(part,
+                fit(from_fitted(with),
+                    part == SumPart::kRipple ? WaveSearch::kGears : WaveSearch::kNone, kRoughGain),
+                explains);
   }
 
   /// Joints without the part keep what `with` has of it where it earns its place.
@@ -413,21 +490,24 @@ class SumChoice {
     return taken > 0;
   }
 
-  /// Joints in which `with` has other parts than now keep them, a bristle and `part`, where the two
-  /// together earn their place.
-  void take_with_bristles(SumPart part, const Parts& with, const Arm& both,
-                          const std::function<bool(const PartEvidence&)>& earns) {
+  /// Joints in which `with` has other parts than now keep them where these together earn their
+  /// place. @return whether any does
+  bool take_together(std::initializer_list<SumPart> tried, const Parts& with, const Arm& both,
+                     const std::function<bool(const PartEvidence&)>& earns) {
     const Parts before = parts_;
     for (int j = 0; j < fits_->n(); ++j) {
       const auto i = static_cast<std::size_t>(j);
       if (with[i] == before[i]) continue;
-      const PartEvidence found = fits_->compare(both, fitted_, j, part);
+      const PartEvidence found = fits_->compare(both, fitted_, j, *tried.begin());
       if (!earns(found)) continue;
-      for (const SumPart taken : {SumPart::kBristle, part})
-        if (!has(before[i], taken)) note({taken, j, found.gain, found.error, true});
+      for (const SumPart taken : tried)
+        if (has(with[i], taken) && !has(before[i], taken))
+          note({taken, j, found.gain, found.error, true});
       parts_[i] = with[i];
     }
-    if (parts_ != before) fitted_ = fit(carried_over(both, from_fitted(parts_)));
+    if (parts_ == before) return false;
+    fitted_ = fit(carried_over(both, from_fitted(parts_)));
+    return true;
   }
 
   /// The last evidence of a part in a joint counts.
@@ -445,6 +525,7 @@ class SumChoice {
   Parts parts_;
   std::vector<PartEvidence> evidence_;
   Arm fitted_, bristles_;  // the latter with a bristle in every joint
+  bool is_hopeless_without_memory_ = false;
 };
 
 /// The better of two choices: one begins with all parts of the laws, the other adds parts.

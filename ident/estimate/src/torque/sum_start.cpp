@@ -23,6 +23,7 @@ constexpr double kShortest = 1.5e-4, kLongest = 8e-3;  // lengths of the bank [r
 constexpr double kCorner = 0.01, kLoadCorner = 0.03;  // v0 of the viscous and the load part [rad/s]
 constexpr double kLoadFoot = 0.3;                     // l0 [N m]
 constexpr double kCornerRange = 4;                    // of both of the load part
+constexpr double kLevelRange = 10;                    // .. of the corner of Coulomb friction
 constexpr double kLoadShare = 0.02;      // of the friction that load is taken to make at first
 constexpr double kPowerFlow = 0.002;     // mu at first
 constexpr double kCurvature = 0.1;       // nu load / mu at first
@@ -62,6 +63,13 @@ bool is_corner_of_static(const friction::RobotFriction& model, const friction::P
          count_in_law(model, p, Role::kStatic) > 0;
 }
 
+/// The smoothing speed of Coulomb friction without memory.
+bool is_corner_of_level(const friction::RobotFriction& model, const friction::ParameterRef& p,
+                        const Holders& holders) {
+  return p.info.role == Role::kSmoothingSpeed && p.law == holders.coulomb &&
+         count_in_law(model, p, Role::kStiffness) == 0;
+}
+
 bool is_load_corner(const friction::RobotFriction& model, const friction::ParameterRef& p) {
   return p.info.role == Role::kLoadSmoothing ||
          (p.info.role == Role::kSmoothingSpeed && is_of_load_law(model, p));
@@ -79,14 +87,14 @@ double coulomb_friction(const friction::Friction& friction, const friction::Para
   return sum;
 }
 
-/// Coulomb friction is held by the law with springs, viscous friction by the first without memory
-/// that is not of the load.
+/// Coulomb friction is held by the law with springs, viscous friction by one without Coulomb
+/// friction or, where there is none, by the first without memory that is not of the load.
 std::vector<Holders> holders_of(const friction::RobotFriction& model) {
   std::vector<Holders> of(static_cast<std::size_t>(model.joint_count()));
   const auto first = [&](int& holder, const friction::ParameterRef& p, bool holds) {
     if (holder < 0 && holds) holder = p.law;
   };
-  for (const bool preferred : {true, false})
+  for (const int choice : {1, 2, 3})
     for (const friction::ParameterRef& p : model.parameters()) {
       if (p.joint == friction::kWholeRobot) continue;
       Holders& joint = of[static_cast<std::size_t>(p.joint)];
@@ -96,9 +104,10 @@ std::vector<Holders> holders_of(const friction::RobotFriction& model) {
       const bool alone = count_in_law(model, p, Role::kCoulomb) == 0;
       const bool memoryless =
           count_in_law(model, p, Role::kSmoothingSpeed) > 0 && !is_of_load_law(model, p);
-      first(joint.coulomb, p, p.info.role == (preferred ? Role::kStiffness : Role::kCoulomb));
+      first(joint.coulomb, p, p.info.role == (choice == 1 ? Role::kStiffness : Role::kCoulomb));
       first(joint.viscous, p,
-            p.info.role == Role::kViscous && p.owner == law && (alone || memoryless || !preferred));
+            p.info.role == Role::kViscous && p.owner == law &&
+                (alone || (choice > 1 && memoryless) || choice > 2));
     }
   return of;
 }
@@ -207,8 +216,10 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const Holders& joint = holders[static_cast<std::size_t>(p.joint)];
     const double value = friction.theta[i];
     const bool corner = is_corner_of_static(model, p, joint);
+    const bool corner_of_level = is_corner_of_level(model, p, joint);
     const bool held =
-        (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p) && !corner) ||
+        (p.info.role == Role::kSmoothingSpeed && !is_load_corner(model, p) && !corner &&
+         !corner_of_level) ||
         p.info.role == Role::kTemperature ||
         (p.info.role == Role::kCoulomb && p.law != joint.coulomb && is_of_load_law(model, p));
     if (held) limits.push_back({i, value, value});
@@ -218,6 +229,7 @@ std::vector<Limit> sum_limits(const Arm& arm) {
     const auto within = [&](double lower, double upper) {
       limits.push_back({i, std::min(value, lower), std::max(value, upper)});
     };
+    if (corner_of_level) within(scale * kCorner / kLevelRange, scale * kCorner * kLevelRange);
     if (corner) within(scale * kCorner / kCornerRange, scale * kCorner * kCornerRange);
     if (is_load_corner(model, p)) {
       const double typical = p.info.role == Role::kLoadSmoothing ? kLoadFoot : scale * kLoadCorner;

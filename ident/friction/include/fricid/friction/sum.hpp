@@ -47,6 +47,7 @@ struct LvmParts {
 /// What of `LvmParts` the data decide.
 enum class SumPart {
   kBristle,
+  kMemoryless,
   kBacklash,
   kLoad,
   kGearLoad,
@@ -66,19 +67,23 @@ enum class SumPart {
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
-  return "bristle|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|third_ripple|"
+  return "bristle|memoryless|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|"
+         "third_ripple|"
          "temperature|"
          "viscous|inner_viscous|loaded_viscous|stribeck|loaded_stribeck|further_modifiers|cable|"
          "network";
 }
-/// Switches a part on or off; kBristle: on in the place of the bank; kNetwork: of `kNetworkUnits`.
+/// Switches a part on or off; kBristle, kMemoryless: on in the place of another memory, off back to
+/// the bank; friction without memory has a Stribeck torque of its own and none beside it; kNetwork:
+/// of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///
 ///     tau = memory + viscous torque + load part + Stribeck part + cable + network
 ///
-///     memory          gms with `elements` springs, or lugre {load, ripple, temperature, asymmetry,
+///     memory          gms with `elements` springs, lugre or stribeck {load, ripple, temperature,
+///     asymmetry,
 ///                     backlash}; gear_load instead of load with `gear_load`
 ///     viscous torque  viscous_power and, with `viscous`, viscous, each {load, temperature,
 ///                     asymmetry}; the linear one in the memory instead of beside it with
@@ -88,7 +93,7 @@ void set(LvmParts& parts, SumPart part, bool on);
 ///                     memory does
 ///     cable           maxwell_slip with one spring, of cables and hoses that a joint bends;
 ///                     these three {temperature, asymmetry} with `further_modifiers`
-///     network         memory_network, for what the laws leave
+///     network         memory_network {temperature, asymmetry}, for what the laws leave
 ///
 /// Only the memory and the cable are to have Coulomb friction and only one law linear viscous
 /// friction, none without `viscous`: the caller keeps these parameters of the other laws at their

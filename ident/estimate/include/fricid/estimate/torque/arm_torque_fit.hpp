@@ -20,11 +20,18 @@ struct FrictionPrior {
   double sd;  ///< of each parameter, share of its size; waves over the joint angle are free
 };
 
+/// Which waves over the joint angle a fit looks for where its start has none.
+enum class WaveSearch {
+  kNone,
+  kGears,  ///< the first of each joint at the orders of gears, further ones at any
+  kAll     ///< of any order
+};
+
 struct ArmTorqueOptions {
   int iterations = 20;          ///< of Levenberg-Marquardt, before and after ripples are looked for
   double smallest_gain = 2e-4;  ///< a step that lowers the objective by a smaller share is the
                                 ///< last; before ripples are looked for, 1 %
-  bool find_ripples = true;     ///< false: one pass from the ripples that the start has
+  WaveSearch waves = WaveSearch::kGears;  ///< kNone: one pass
   RigidBodyOptions rigid_body;
   Eigen::VectorXd nominal;  ///< pi about which the prior of the rigid body is
   std::optional<FrictionPrior> friction_prior;

@@ -23,7 +23,8 @@ std::optional<SpringIndices> single_spring(const friction::RobotFriction& fricti
 /// @return whether any does
 bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 
-/// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws.
+/// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws;
+/// with that of the Stribeck torque beside it where `to` has none.
 Arm with_stribeck_curves(const Arm& from, Arm to);
 
 /// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.

@@ -72,8 +72,7 @@ class JointFits {
 
   /// Fitted to the torque. Where friction would be part of its own load by more than 0.9, what
   /// grows with the load is bounded to half of that and all is fitted again.
-  /// @param find_ripples  false: one pass, the start has them
-  ArmTorqueFit on_torque(const Arm& start, Rows rows, bool find_ripples = true,
+  ArmTorqueFit on_torque(const Arm& start, Rows rows, WaveSearch waves = WaveSearch::kGears,
                          double smallest_gain = ArmTorqueOptions{}.smallest_gain) const;
   /// Fitted to the training rows over and over, springs deflected as the arm before explains best
   /// (`take_springs_of`).
