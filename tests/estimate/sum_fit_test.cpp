@@ -276,10 +276,6 @@ TEST(SumFit, HasNoMemoryWhereTheTruthHasNone) {
     EXPECT_NEAR(parameter(sum, j, "stribeck", "v0"), 0.03, 0.006) << j;
     EXPECT_NEAR(parameter(sum, j, "load", "mu"), 0.02, 0.004) << j;
   }
-  for (const PartEvidence& part : evidence)  // says what the sum has, whatever was tried first
-    if (part.part == friction::SumPart::kMemoryless || part.part == friction::SumPart::kBristle) {
-      EXPECT_EQ(part.on, part.part == friction::SumPart::kMemoryless) << part.joint;
-    }
 }
 
 // A bristle with a Stribeck curve of .02 rad/s beside a Stribeck torque of .6: one curve fitted to
@@ -519,6 +515,13 @@ TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {
       EXPECT_LT(taken.torque, 0.1 * other.torque) << other.name;
     }
   EXPECT_LT(taken.held_out, 0.1 * report.candidates[0].held_out);  // the sum without networks
+  int off = 0;  // of what the sum without networks has
+  for (const PartEvidence& part : report.parts) {
+    EXPECT_EQ(part.on,
+              friction::has(friction::parts_of(taken.arm.friction, part.joint), part.part));
+    off += !part.on;
+  }
+  EXPECT_GT(off, 0);
   const auto remarks = fit_file(report).remarks;
   EXPECT_TRUE(remarks && std::ranges::any_of(*remarks, [](const data::FittedRemark& remark) {
                 return remark.found.starts_with("networks hold a part of the friction of ");

@@ -93,6 +93,30 @@ TEST(LvmSum, HasThePartsItIsAskedFor) {
             "stribeck:r viscous_power: viscous: load_dependent: memory_network: ");
 }
 
+TEST(LvmSum, IsToldFromItsLaws) {
+  const LvmParts of[] = {
+      {},
+      {.temperature = true, .load = false, .power_flow = false, .asymmetry = false, .ripples = 3},
+      {.memory = Memory::kBristle, .elements = 0, .gear_load = true, .inner_viscous = true},
+      {.memory = Memory::kNone, .elements = 0, .backlash = true, .network = 8},
+      {.viscous = false, .stribeck = true, .loaded_stribeck = true, .cable = true},
+      {.loaded_viscous = true, .stribeck = true, .further_modifiers = true},
+  };
+  for (const LvmParts& parts : of) {
+    Friction friction{RobotFriction({lvm_sum(parts)}), {}};
+    friction.theta = default_theta(friction.model);
+    if (!parts.inner_viscous)
+      friction.theta[static_cast<std::size_t>(find_parameter(friction.model, 0, Role::kViscous))] =
+          0;
+    EXPECT_EQ(parts_of(friction, 0), parts) << lvm_sum(parts).laws.size();
+  }
+  const Friction rival{RobotFriction({JointSpec{{{"dahl", 0, {}}}}}), {5, 3000, 0}};
+  const LvmParts none = parts_of(rival, 0);
+  for (const SumPart part : {SumPart::kBristle, SumPart::kMemoryless, SumPart::kLoad,
+                             SumPart::kRipple, SumPart::kViscous, SumPart::kNetwork})
+    EXPECT_FALSE(has(none, part)) << name_of(part);
+}
+
 TEST(LvmSum, HasOneStribeckTorqueWithoutMemory) {
   LvmParts parts{.stribeck = true, .loaded_stribeck = true};
   set(parts, SumPart::kMemoryless, true);

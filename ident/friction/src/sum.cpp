@@ -43,6 +43,54 @@ JointSpec lvm_sum(const LvmParts& parts) {
   return joint;
 }
 
+LvmParts parts_of(const Friction& friction, int joint) {
+  const std::vector<LawSpec>& laws = friction.model.joints()[static_cast<std::size_t>(joint)].laws;
+  const auto law = [&](std::string_view name) {
+    const auto found = std::ranges::find(laws, name, &LawSpec::law);
+    return found == laws.end() ? nullptr : &*found;
+  };
+  const auto modifier = [](const LawSpec* of, std::string_view name) {
+    if (!of) return 0;
+    const auto found = std::ranges::find(of->modifiers, name, &ModifierSpec::name);
+    return found == of->modifiers.end() ? 0 : found->order;
+  };
+  const LawSpec &memory = laws.front(), *const viscous = law("viscous"),
+                *const peak = law("stribeck_peak"), *const network = law("memory_network");
+  LvmParts parts;
+  parts.memory = memory.law == "lugre"      ? Memory::kBristle
+                 : memory.law == "stribeck" ? Memory::kNone
+                                            : Memory::kBank;
+  parts.elements = memory.elements;
+  parts.temperature = modifier(&memory, "temperature") > 0;
+  parts.gear_load = modifier(&memory, "gear_load") > 0;
+  parts.load = parts.gear_load || modifier(&memory, "load") > 0;
+  parts.power_flow = law("load_dependent") != nullptr;
+  parts.asymmetry = modifier(&memory, "asymmetry") > 0;
+  parts.ripples = modifier(&memory, "ripple");
+  const int inner = find_parameter(friction.model, joint, Role::kViscous);
+  parts.inner_viscous =
+      !viscous && inner >= 0 && friction.theta[static_cast<std::size_t>(inner)] != 0;
+  parts.viscous = viscous || parts.inner_viscous;
+  parts.loaded_viscous = modifier(law("viscous_power"), "load") > 0;
+  parts.stribeck = peak != nullptr;
+  parts.loaded_stribeck = modifier(peak, "load") > 0;
+  parts.further_modifiers = modifier(peak, "asymmetry") > 0 ||
+                            modifier(law("load_dependent"), "temperature") > 0 ||
+                            modifier(law("load_dependent"), "asymmetry") > 0 ||
+                            modifier(law("maxwell_slip"), "temperature") > 0 ||
+                            modifier(law("maxwell_slip"), "asymmetry") > 0;
+  parts.backlash = modifier(&memory, "backlash") > 0;
+  parts.cable = law("maxwell_slip") != nullptr;
+  parts.network = network ? network->elements : 0;
+  return parts;
+}
+
+bool has(LvmParts parts, SumPart part) {
+  const LvmParts before = parts;
+  set(parts, part, true);
+  return parts == before;
+}
+
 void set(LvmParts& parts, SumPart part, bool on) {
   switch (part) {
     case SumPart::kBristle:

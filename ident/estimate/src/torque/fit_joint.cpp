@@ -252,10 +252,6 @@ std::size_t add_networks(const JointFits& fits, std::string_view label, std::siz
     const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
     if (kNetworksGain * found[best].held_out < found[taken].held_out) taken = best;
   }
-  for (PartEvidence& part : evidence)
-    if (part.part == friction::SumPart::kNetwork)
-      part.on = friction::find_parameter(found[taken].arm.friction.model, part.joint,
-                                         friction::Role::kNetworkTorque) >= 0;
   return taken;
 }
 
@@ -363,6 +359,8 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
   Candidate& best = found[taken];
   best.taken = true;
   report.model.arm = best.arm;
+  for (PartEvidence& part : report.parts)  // that was judged in the sum, or beside it
+    part.on = friction::has(friction::parts_of(best.arm.friction, part.joint), part.part);
   report.rigid_body = prepared.rigid_body_of(best.arm.friction.model);
   report.model.budget = fmt::format("{} candidates", found.size());
   report.model.free_parameters =

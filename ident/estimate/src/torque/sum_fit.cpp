@@ -115,12 +115,7 @@ class SumChoice {
   }
 
   const std::vector<friction::LvmParts>& parts() const { return parts_; }
-  std::vector<PartEvidence> evidence() const {
-    std::vector<PartEvidence> found = evidence_;
-    for (PartEvidence& part : found)
-      part.on = has(parts_[static_cast<std::size_t>(part.joint)], part.part);
-    return found;
-  }
+  const std::vector<PartEvidence>& evidence() const { return evidence_; }
   /// What the choice ended with.
   const Arm& fitted() const { return fitted_; }
   /// With these parts, from there.
@@ -429,11 +424,6 @@ class SumChoice {
       fitted_ = fit(from_fitted(parts_));
   }
 
-  static bool has(friction::LvmParts parts, SumPart part) {
-    const friction::LvmParts before = parts;
-    set(parts, part, true);
-    return parts == before;
-  }
   /// @return the start of a fit with these parts, which are now those of the choice
   Arm start_with(Parts parts) {
     parts_ = std::move(parts);

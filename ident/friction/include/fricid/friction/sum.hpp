@@ -77,6 +77,7 @@ constexpr std::string_view names(SumPart) {
 /// the bank; friction without memory has a Stribeck torque of its own and none beside it; kNetwork:
 /// of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);
+bool has(LvmParts parts, SumPart part);
 
 /// The friction of one joint in which the laws of the table are special cases:
 ///
@@ -100,5 +101,9 @@ void set(LvmParts& parts, SumPart part, bool on);
 /// lower bounds. Maxwell slip is the bank with Fs = Fc, Coulomb friction its limit of short
 /// springs; GMS and LuGre remain without the other parts.
 JointSpec lvm_sum(const LvmParts& parts);
+
+/// What a joint has of `lvm_sum`, whatever its laws. Linear viscous friction of the memory counts as
+/// inner where it is not zero.
+LvmParts parts_of(const Friction& friction, int joint);
 
 }  // namespace fricid::friction
