@@ -106,6 +106,28 @@ TEST(FitModel, RefusesAPriorOfAnotherArmOrLaw) {
   std::filesystem::remove(file);
 }
 
+// A wave of an eccentric gear is slower than what a gear's teeth make, for which the first fit looks.
+TEST(FitModel, LawsOfOnesOwnFindSlowWaves) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, n, A, phi, then c, p, v0
+    theta.push_back({6 * size, 3000 * size, 0, 2, 0.1, 0.5, 3 * size, 0.6, 0.01});
+  const Prepared prepared = noisy_logs(
+      arm_with({{{"dahl", 0, {{"ripple", 1}}}, {"viscous_power", 0, {}}}}, theta), 36);
+  ModelOptions config;
+  config.name = "mine";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {"ripple"}},
+                 {.law = "viscous_power", .elements = 4, .modifiers = {}}};
+  ConventionalFits conventional(prepared);
+  const Arm arm = fit_model(conventional, config, 1, 2).model.arm;
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_NEAR(parameter(arm, j, "ripple", "n1"), 2, 0.1) << j;
+    EXPECT_NEAR(parameter(arm, j, "ripple", "A1"), 0.1, 0.02) << j;
+    EXPECT_NEAR(parameter(arm, j, "viscous_power", "p"), 0.6, 0.1) << j;
+  }
+}
+
 // A prior of another arm of the same joints, laws and friction five times as high, moves nothing.
 TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
   const std::string file = testing::TempDir() + "fricid_wrong_prior.json";
