@@ -37,6 +37,7 @@ constexpr double kLost = 10;  // a law is lost beyond this many held-out torque 
 constexpr int kMostChoices = 3;
 constexpr double kLoadOfAnother = 0.05;
 constexpr double kNetworksGain = 1.25;  // rollouts of the best law over those of networks
+constexpr double kPoor = 1e-3;          // held-out torque error of a sum: no law of it is exact
 constexpr int kDraws = 39;              // of arms, for bands
 constexpr double kNear = 3;  // times the least held-out error: windows may turn the order round
 
@@ -119,10 +120,12 @@ Arm without_wrong_prior(JointFits& fits, const Arm& with, const Arm& start) {
 
 /// Candidates for the model that contains the laws: the sum, and conventional laws, fitted like it
 /// and, where that comes near or costs nothing, by the method conventional too.
-/// @param rough  of the sum
+/// @param rough          of the sum
+/// @param evidence_near  for the parts of a sum near the regression
 std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, const Arm& rough,
                               int seed, std::vector<friction::LvmParts>& parts,
-                              std::vector<PartEvidence>& evidence, Progress& progress) {
+                              std::vector<PartEvidence>& evidence,
+                              std::vector<PartEvidence>& evidence_near, Progress& progress) {
   std::vector<Candidate> found;
   const auto add = [&](Candidate candidate) {
     progress.advance(1, fmt::format("{} {:.2e} rad2", candidate.name, candidate.held_out));
@@ -132,16 +135,31 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
     candidate.rival = true;
     add(std::move(candidate));
   };
-  Candidate sum;
-  sum.arm = rough;
-  for (int choice = 0; choice < kMostChoices; ++choice) {
-    sum = fit_sum(fits, sum.arm, parts, evidence);
-    if (!sum.arm.friction.model.reads_load()) break;
-    const JointFits::UnderOwnLoad settled = fits.under_own_load(sum.arm, JointFits::Rows::kAll);
-    sum = fits.judged(sum.name, settled.arm, sum.seconds);
-    if (settled.moved < kLoadOfAnother || fits.is_short()) break;
+  const auto search = [&](std::vector<friction::LvmParts>& of, std::vector<PartEvidence>& why) {
+    Candidate sum;
+    sum.arm = rough;
+    for (int choice = 0; choice < kMostChoices; ++choice) {
+      sum = fit_sum(fits, sum.arm, of, why);
+      if (!sum.arm.friction.model.reads_load()) break;
+      const JointFits::UnderOwnLoad settled = fits.under_own_load(sum.arm, JointFits::Rows::kAll);
+      sum = fits.judged(sum.name, settled.arm, sum.seconds);
+      if (settled.moved < kLoadOfAnother || fits.is_short()) break;
+    }
+    return sum;
+  };
+  const Candidate sum = search(parts, evidence);
+  add(sum);
+  if (fits.is_short() && !fits.prior() && sum.torque > kPoor) {
+    std::vector<friction::LvmParts> parts_near;
+    fits.pull_to_regression(true);
+    Candidate near = search(parts_near, evidence_near);
+    fits.pull_to_regression(false);
+    fits.take_load_of(sum.arm);
+    near.name = "sum near the regression";
+    near.near_regression = true;
+    add(std::move(near));
   }
-  add(std::move(sum));
+  const std::size_t first_rival = found.size();
   for (const auto& [law, elements] : kRivals) {
     const auto begin = std::chrono::steady_clock::now();
     const Arm start = fits.start(friction::JointSpec{{{law, elements, {}}}});
@@ -153,7 +171,7 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
   const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
   for (std::size_t i = 0; i < std::size(kRivals); ++i) {
     const bool linear = i == 0;  // which is one regression, without rows near standstill
-    if (found[i + 1].held_out > near && !linear) continue;
+    if (found[first_rival + i].held_out > near && !linear) continue;
     const auto begin = std::chrono::steady_clock::now();
     const char* law = kRivals[i].first;
     if (const std::optional<Arm> arm = arm_of(conventional, law, seed, fits.jobs()))
@@ -228,16 +246,18 @@ bool are_of_one_law(const Candidate& a, const Candidate& b) {
 
 /// Adds what windows make of the candidates that are near the best; of a law that was fitted in two
 /// ways, of the better one.
-void add_windows(const JointFits& fits, std::string_view label, std::vector<Candidate>& found) {
+void add_windows(JointFits& fits, std::string_view label, std::vector<Candidate>& found) {
   const std::vector<Candidate> fitted = found;
   const double near = kNear * std::ranges::min_element(fitted, {}, &Candidate::held_out)->held_out;
   for (const Candidate& candidate : fitted) {
     const bool has_better_twin = std::ranges::any_of(fitted, [&](const Candidate& other) {
       return other.held_out < candidate.held_out && are_of_one_law(candidate, other);
     });
-    if (candidate.held_out <= near && !has_better_twin)
-      found.push_back(fits.on_windows(candidate, label));
+    if (candidate.held_out > near || has_better_twin) continue;
+    fits.pull_to_regression(candidate.near_regression);
+    found.push_back(fits.on_windows(candidate, label));
   }
+  fits.pull_to_regression(false);
 }
 
 /// Adds candidates with networks where they promise something. @return the candidate to take
@@ -343,8 +363,9 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
                     sum ? 3 + 2 * static_cast<int>(std::size(kRivals)) : 1);
   std::vector<Candidate>& found = report.candidates;
   std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence_near;
   if (sum) {
-    found = of_sum(conventional, fits, start, seed, parts, report.parts, progress);
+    found = of_sum(conventional, fits, start, seed, parts, report.parts, evidence_near, progress);
   } else {
     found.push_back(of_laws(fits, start));
     progress.advance(1);
@@ -359,6 +380,11 @@ FitReport fit_joint(ConventionalFits& conventional, const ModelOptions& options,
   Candidate& best = found[taken];
   best.taken = true;
   report.model.arm = best.arm;
+  if (best.near_regression) {
+    report.parts = evidence_near;
+    fits.pull_to_regression(true);
+    fits.take_load_of(best.arm);
+  }
   for (PartEvidence& part : report.parts)  // that was judged in the sum, or beside it
     part.on = friction::has(friction::parts_of(best.arm.friction, part.joint), part.part);
   report.rigid_body = prepared.rigid_body_of(best.arm.friction.model);

@@ -342,6 +342,10 @@ ArmTorqueOptions JointFits::torque_options(const Arm& arm) const {
   ArmTorqueOptions options;
   options.rigid_body = as_needed(prepared_.options, prepared_.rigid_body);
   options.nominal = prepared_.robot.pi;
+  if (pulls_to_regression_) {
+    options.rigid_body.prior.use = true;
+    options.nominal = prepared_.rigid_body.pi;
+  }
   options.coordinates.torque_scale = windows_.torque_scale;
   options.coordinates.limits = limits_of(arm);
   if (is_like_prior(arm)) {
@@ -494,6 +498,7 @@ Candidate JointFits::on_windows(const Candidate& start, std::string_view label) 
                         periods_.recordings, options, label, jobs_);
   Candidate out = judged(start.name + ", windows", trained.arm, trained.seconds);
   out.rival = start.rival;
+  out.near_regression = start.near_regression;
   return out;
 }
 

@@ -102,8 +102,8 @@ bool has(LvmParts parts, SumPart part);
 /// springs; GMS and LuGre remain without the other parts.
 JointSpec lvm_sum(const LvmParts& parts);
 
-/// What a joint has of `lvm_sum`, whatever its laws. Linear viscous friction of the memory counts as
-/// inner where it is not zero.
+/// What a joint has of `lvm_sum`, whatever its laws. Linear viscous friction of the memory counts
+/// as inner where it is not zero.
 LvmParts parts_of(const Friction& friction, int joint);
 
 }  // namespace fricid::friction

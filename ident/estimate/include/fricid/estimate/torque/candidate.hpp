@@ -20,7 +20,8 @@ struct Candidate {
   double torque = 0;       ///< mean over joints of residual / torque variance, held-out rows [1]
   int parameters = 0;      ///< free ones of the friction
   double seconds = 0;
-  bool rival = false;  ///< a conventional law, which the sum contains
+  bool rival = false;            ///< a conventional law, which the sum contains
+  bool near_regression = false;  ///< see `JointFits::pull_to_regression`
   bool taken = false;
 };
 

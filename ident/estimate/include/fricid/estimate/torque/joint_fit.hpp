@@ -59,6 +59,12 @@ class JointFits {
   /// Whether an arm is of the laws of the prior.
   bool is_like_prior(const Arm& arm) const;
 
+  /// Fits pull the rigid body to that of the regression from now on, as to nominal values of a
+  /// prior, or no longer: on a few seconds a flexible law and all inertias together fit what is
+  /// neither. Exact laws lose by it, since the regression takes what its linear friction leaves for
+  /// inertia.
+  void pull_to_regression(bool pull) { pulls_to_regression_ = pull; }
+
   /// The robot of least squares with friction at the start that the linear friction suggests
   /// (`start_sum`).
   Arm start(std::vector<friction::JointSpec> joints) const;
@@ -162,6 +168,7 @@ class JointFits {
   std::vector<bool> has_viscous_;   // per joint
   ArmTorqueData::Springs springs_;  // see take_springs_of
   std::optional<ArmPrior> prior_;
+  bool pulls_to_regression_ = false;
   double temperature_ = 0;
   bool has_temperature_ = false;
   std::vector<bool> slides_both_ways_, load_varies_;  // per joint
