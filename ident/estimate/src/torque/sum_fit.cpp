@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
-#include <initializer_list>
 #include <ranges>
 #include <utility>
 
 #include "fricid/estimate/torque/carry_over.hpp"
 #include "support.hpp"
+#include "torque/fitted_parts.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -17,27 +16,14 @@ namespace {
 using friction::SumPart;
 
 constexpr int kSweeps = 2;  // over the parts
-// Least gain of the best of many: share of the mean square, and standard errors unless it halves
-// the mean square.
-constexpr double kWaveGain = 0.05, kWaveErrors = 2, kHalf = 1;
-constexpr double kClearGain = 0.25, kClearErrors = 3;  // of all joints on a short log, mean
-constexpr double kGearErrors = 3;  // of load on the link's side of a gear, where it shows most
+// Of load on the link's side of a gear, where it shows most: share of the mean square, and standard
+// errors.
+constexpr double kGearGain = 0.05, kGearErrors = 3;
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
-// .. and of a part whose held-out gain is within its standard error: on the training rows. Chance
-// gains parameters over independent rows, some thousandths.
-constexpr double kTrainingGain = 0.2;
-constexpr double kHopeless = -0.98;  // gain without memory: 50 times the mean square
-constexpr double kFarBetter = 0.1;   // held-out mean square without a part of a fit that was stuck
+constexpr double kHopeless = -0.98;    // gain without memory: 50 times the mean square
 constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
 constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
 constexpr double kFarBehind = 10;      // the same: parts that explain this much are not left out
-
-bool explains(const PartEvidence& part) { return part.on; }
-/// What was picked from many, a wave by its order or a cable by its length, has to gain more than
-/// by chance.
-bool explains_enough(const PartEvidence& part) {
-  return part.on && part.gain > std::max(kWaveGain, std::min(kWaveErrors * part.error, kHalf));
-}
 
 /// Half the width of the gap of a joint [rad].
 double gap_of(const Arm& arm, int j) {
@@ -46,15 +32,15 @@ double gap_of(const Arm& arm, int j) {
 }
 
 /// The sum on the training rows, part by part as the held-out torque wants.
-class SumChoice {
+class SumChoice : public FittedParts {
  public:
   /// Begins with all parts of the laws from what `from` has of them.
-  SumChoice(JointFits& fits, const Arm& from) : fits_(&fits) {
+  SumChoice(JointFits& fits, const Arm& from) : FittedParts(fits) {
     const Arm start = start_with(fits.all_parts());
     fitted_ = fit(with_stribeck_curves(from, carried_over(from, start)), WaveSearch::kGears);
   }
   /// Begins with a memory alone: on a long log the one that explains more, else a bank.
-  explicit SumChoice(JointFits& fits) : fits_(&fits) {
+  explicit SumChoice(JointFits& fits) : FittedParts(fits) {
     const auto n = static_cast<std::size_t>(fits.n());
     friction::LvmParts alone{.load = false, .power_flow = false, .asymmetry = false, .ripples = 0};
     fitted_ = fit(start_with(Parts(n, alone)));
@@ -81,7 +67,7 @@ class SumChoice {
 
   /// Whether `other` explains more, whatever memory this has.
   bool is_behind(const SumChoice& other) const {
-    const double bar = kTie * fits_->held_out_torque(other.fitted_);
+    const double bar = kTie * fits_->held_out_torque(other.fitted());
     return bar < fits_->held_out_torque(fitted_) && bar < fits_->held_out_torque(with_bristles());
   }
 
@@ -114,18 +100,7 @@ class SumChoice {
     leave_out_parts();
   }
 
-  const std::vector<friction::LvmParts>& parts() const { return parts_; }
-  const std::vector<PartEvidence>& evidence() const { return evidence_; }
-  /// What the choice ended with.
-  const Arm& fitted() const { return fitted_; }
-  /// With these parts, from there.
-  Arm fitted(JointFits::Rows rows) const {
-    return fits_->on_torque(from_fitted(parts_), rows, WaveSearch::kNone).arm;
-  }
-
  private:
-  using Parts = std::vector<friction::LvmParts>;
-
   /// What the gear hands on as load, where there is one, instead of the motor's torque. The gears
   /// of an arm are of one kind: where one shows it and they gain together, the others need no
   /// proof.
@@ -141,7 +116,7 @@ class SumChoice {
       if (!has(with[static_cast<std::size_t>(j)], SumPart::kGearLoad)) continue;
       const PartEvidence part = fits_->compare(gears, fitted_, j, SumPart::kGearLoad);
       together += part.gain;
-      one_shows_it = one_shows_it || part.gain > std::max(kWaveGain, kGearErrors * part.error);
+      one_shows_it = one_shows_it || part.gain > std::max(kGearGain, kGearErrors * part.error);
     }
     const bool proven =
         fits_->is_short() ? is_clear(gears, SumPart::kGearLoad) : one_shows_it && together > 0;
@@ -270,26 +245,6 @@ class SumChoice {
     });
   }
 
-  /// Whether all joints together show what `with` has, clearly.
-  bool is_clear(const Arm& with, SumPart part) const {
-    double gain = 0, variance = 0;
-    for (int j = 0; j < fits_->n(); ++j) {
-      const PartEvidence found = fits_->compare(with, fitted_, j, part);
-      gain += found.gain;
-      variance += found.error * found.error;
-    }
-    return gain > std::max(kClearGain * fits_->n(), kClearErrors * std::sqrt(variance));
-  }
-
-  /// What a part of `with` has to gain in a joint. A few seconds of one joint are no proof, those
-  /// of all joints may be: then it has to gain anything.
-  std::function<bool(const PartEvidence&)> earning(const Arm& with, SumPart part) const {
-    if (!fits_->is_short()) return explains_enough;
-    return [clear = is_clear(with, part)](const PartEvidence& found) {
-      return clear && found.gain > 0;
-    };
-  }
-
   /// A Stribeck torque that waits for no spring, beside the memory as it is or, since a bank stands
   /// for the two and neither alone is better than it, beside a bristle.
   /// @return whether a joint has it
@@ -317,18 +272,6 @@ class SumChoice {
     if (const std::optional<Arm> start = with_curves_in_memories(fitted_))
       fitted_ = better_of_each_joint(fitted_, fit(*start));
     return std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
-  }
-
-  /// Of two fits with the same parts: `first`, with the friction of `second` in the joints where
-  /// that explains more.
-  Arm better_of_each_joint(const Arm& first, const Arm& second) const {
-    std::vector<const Arm*> of_joint(static_cast<std::size_t>(fits_->n()), &first);
-    for (int j = 0; j < fits_->n(); ++j)
-      if (fits_->compare(second, first, j, SumPart::kStribeck).on)
-        of_joint[static_cast<std::size_t>(j)] = &second;
-    return std::ranges::count(of_joint, &first) == std::ssize(of_joint)
-               ? first
-               : fit(joined(of_joint, first));
   }
 
   /// Further waves over the joint angle, until no joint has one more.
@@ -388,68 +331,6 @@ class SumChoice {
       leave_out(part);
   }
 
-  /// A joint keeps the part where a fit in which no joint has it is worse: on held-out rows or,
-  /// where these do not tell, on those it was fitted to.
-  void leave_out(SumPart part) {
-    Parts rest = parts_;
-    for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
-    if (rest == parts_) return;
-    // of two viscous torques the other makes up for the one that goes, slowly
-    const double gain = part == SumPart::kViscous ? kPartsGain : kRoughGain;
-    const Arm without = fit(from_fitted(rest), WaveSearch::kNone, gain);
-    // where a joint is far better without, its fit had not found its way: from there once more
-    const auto was_lost = [&](int j) {
-      const PartEvidence found = fits_->compare(fitted_, without, j, part);
-      return found.gain < -std::max(kFarBetter, 2 * found.error);
-    };
-    const auto joints = std::views::iota(0, fits_->n());
-    if (std::ranges::any_of(joints, was_lost)) {
-      fits_->take_viscous_of(parts_);
-      fitted_ = better_of_each_joint(fitted_, fit(carried_over(without, fits_->start(parts_))));
-    }
-    const Parts before = parts_;
-    for (int j = 0; j < fits_->n(); ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      if (before[i] == rest[i]) continue;
-      PartEvidence found = fits_->compare(fitted_, without, j, part);
-      const bool undecided = std::abs(found.gain) < found.error;
-      const double rise = fits_->residual_rms(without, j) / fits_->residual_rms(fitted_, j);
-      found.on = found.on || (undecided && rise * rise - 1 > kTrainingGain);
-      note(found);
-      if (!found.on) parts_[i] = rest[i];
-    }
-    if (parts_ == rest)
-      fitted_ = without;
-    else if (parts_ != before)
-      fitted_ = fit(from_fitted(parts_));
-  }
-
-  /// @return the start of a fit with these parts, which are now those of the choice
-  Arm start_with(Parts parts) {
-    parts_ = std::move(parts);
-    fits_->take_viscous_of(parts_);
-    Arm start = fits_->start(parts_);
-    fits_->take_springs_of(start);
-    return start;
-  }
-  Arm with_bristles() const {
-    return fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
-  }
-  Arm fit(const Arm& start, WaveSearch waves = WaveSearch::kNone,
-          double smallest_gain = kPartsGain) const {
-    return fits_->on_torque(start, JointFits::Rows::kTraining, waves, smallest_gain).arm;
-  }
-  Arm from_fitted(const Parts& parts) const {
-    fits_->take_viscous_of(parts);
-    return carried_over(fitted_, fits_->start(parts));
-  }
-  Parts switched(SumPart part) const {
-    Parts out = parts_;
-    for (int j = 0; j < fits_->n(); ++j)
-      if (fits_->can_show(part, j)) set(out[static_cast<std::size_t>(j)], part, true);
-    return out;
-  }
-
   bool try_part(SumPart part) {
     const Parts with = switched(part);
     if (with == parts_) return false;
@@ -459,62 +340,11 @@ class SumChoice {
                 explains);
   }
 
-  /// Joints without the part keep what `with` has of it where it earns its place.
-  /// @return whether any does
-  bool take(SumPart part, const Arm& with, const std::function<bool(const PartEvidence&)>& earns) {
-    int lacking = 0, taken = 0;
-    for (int j = 0; j < fits_->n(); ++j) {
-      friction::LvmParts& of_joint = parts_[static_cast<std::size_t>(j)];
-      if (has(of_joint, part) || !fits_->can_show(part, j)) continue;
-      PartEvidence found = fits_->compare(with, fitted_, j, part);
-      found.on = earns(found);
-      ++lacking;
-      taken += found.on;
-      set(of_joint, part, found.on);
-      note(found);
-    }
-    if (taken == lacking)
-      fitted_ = with;
-    else if (taken > 0)
-      fitted_ = fit(carried_over(with, from_fitted(parts_)));
-    return taken > 0;
+  Arm with_bristles() const {
+    return fit(with_stribeck_curves(fitted_, from_fitted(switched(SumPart::kBristle))));
   }
 
-  /// Joints in which `with` has other parts than now keep them where these together earn their
-  /// place. @return whether any does
-  bool take_together(std::initializer_list<SumPart> tried, const Parts& with, const Arm& both,
-                     const std::function<bool(const PartEvidence&)>& earns) {
-    const Parts before = parts_;
-    for (int j = 0; j < fits_->n(); ++j) {
-      const auto i = static_cast<std::size_t>(j);
-      if (with[i] == before[i]) continue;
-      const PartEvidence found = fits_->compare(both, fitted_, j, *tried.begin());
-      if (!earns(found)) continue;
-      for (const SumPart taken : tried)
-        if (has(with[i], taken) && !has(before[i], taken))
-          note({taken, j, found.gain, found.error, true});
-      parts_[i] = with[i];
-    }
-    if (parts_ == before) return false;
-    fitted_ = fit(carried_over(both, from_fitted(parts_)));
-    return true;
-  }
-
-  /// The last evidence of a part in a joint counts.
-  void note(const PartEvidence& found) {
-    const auto same = std::ranges::find_if(evidence_, [&](const PartEvidence& other) {
-      return other.part == found.part && other.joint == found.joint;
-    });
-    if (same == evidence_.end())
-      evidence_.push_back(found);
-    else
-      *same = found;
-  }
-
-  JointFits* fits_;
-  Parts parts_;
-  std::vector<PartEvidence> evidence_;
-  Arm fitted_, bristles_;  // the latter with a bristle in every joint
+  Arm bristles_;  // with a bristle in every joint
   bool is_hopeless_without_memory_ = false;
 };
 
