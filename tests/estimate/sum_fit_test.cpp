@@ -155,6 +155,28 @@ TEST(FitModel, LawsOfOnesOwnFindSlowWaves) {
   }
 }
 
+// The lvm bounds the Stribeck velocity of its memory by .5 rad/s; a law that is asked for is not.
+TEST(FitModel, LawsOfOnesOwnMayHaveAWideStribeckCurve) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, sigma0, sigma1, sigma2
+    theta.push_back({6 * size, 9 * size, 0.9, 8000 * size, 10 * size, 2 * size});
+  const Prepared prepared =
+      prepared_of(arm_with({{{"lugre", 0, {}}}}, theta), logs().prepared.options,
+                  {.seconds = 50,
+                   .peak_speed = 3,
+                   .torque_noise = 0.05,
+                   .encoder_noise = 4e-6,
+                   .repeats = false});
+  ModelOptions config;
+  config.name = "mine";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  config.laws = {{.law = "lugre", .elements = 4, .modifiers = {}}};
+  ConventionalFits conventional(prepared);
+  const Arm arm = fit_model(conventional, config, 1, 2).model.arm;
+  for (int j = 0; j < 3; ++j) EXPECT_NEAR(parameter(arm, j, "lugre", "vs"), 0.9, 0.2) << j;
+}
+
 // A prior of another arm of the same joints, laws and friction five times as high, moves nothing.
 TEST(FitModel, LeavesOutAPriorThatTheTorqueContradicts) {
   const std::string file = testing::TempDir() + "fricid_wrong_prior.json";
@@ -324,6 +346,25 @@ TEST(SumFit, HasNoMemoryWhereTheTruthHasNone) {
     EXPECT_TRUE(of_joint.inner_viscous) << j;
     EXPECT_NEAR(parameter(sum, j, "stribeck", "v0"), 0.03, 0.006) << j;
     EXPECT_NEAR(parameter(sum, j, "load", "mu"), 0.02, 0.004) << j;
+  }
+}
+
+// Until a slow wave is found nothing shows that viscous friction is under it too.
+TEST(SumFit, PutsViscousFrictionUnderASlowWave) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fv, v0, n, A, phi, a
+    theta.push_back({6 * size, 3 * size, 0.01, 3, 0.1, 0.3, 0.15});
+  const Prepared prepared = noisy_logs(
+      arm_with({{{"coulomb_viscous", 0, {{"ripple", 1}, {"asymmetry", 1}}}}}, theta), 50);
+  JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_TRUE(parts[static_cast<std::size_t>(j)].inner_viscous) << j;
+    EXPECT_NEAR(parameter(sum, j, "ripple", "n2"), 3, 0.1) << j;
+    EXPECT_NEAR(parameter(sum, j, "ripple", "A2"), 0.1, 0.01) << j;
+    EXPECT_NEAR(parameter(sum, j, "asymmetry", "a"), 0.15, 0.02) << j;
   }
 }
 

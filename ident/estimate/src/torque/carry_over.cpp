@@ -97,6 +97,23 @@ Arm with_stribeck_curves(const Arm& from, Arm to) {
   return to;
 }
 
+Arm with_curves_without_memory(const Arm& from, Arm to) {
+  using enum friction::Role;
+  Arm carried = with_stribeck_curves(from, to);
+  for (int j = 0; j < to.robot.n(); ++j) {
+    const auto at = [&](Arm& arm, friction::Role role) -> double& {
+      return arm.friction
+          .theta[static_cast<std::size_t>(find_parameter(arm.friction.model, j, role))];
+    };
+    const double Fc = at(carried, kCoulomb);
+    if (find_parameter(to.friction.model, j, kStiffness) >= 0 || at(carried, kStatic) > Fc)
+      continue;
+    at(carried, kStatic) = kDead * Fc;
+    at(carried, kStribeckVelocity) = at(to, kStribeckVelocity);
+  }
+  return carried;
+}
+
 Arm with_load_growth(const Arm& from, Arm to) {
   for (int j = 0; j < to.robot.n(); ++j)
     take_over(from, load_growth(from.friction.model, j), to, load_growth(to.friction.model, j));

@@ -20,6 +20,7 @@
 #include "fricid/estimate/torque/joint_fit.hpp"
 #include "fricid/estimate/torque/networks.hpp"
 #include "fricid/estimate/torque/sum_fit.hpp"
+#include "fricid/estimate/torque/sum_start.hpp"
 #include "fricid/friction/laws/memory_network.hpp"
 #include "friction/ripple_search.hpp"
 #include "rigid_body/regression.hpp"
@@ -196,10 +197,13 @@ Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::Robot
   return with_soft_springs(fits, fits.prior() ? without_wrong_prior(fits, start, own) : start);
 }
 
-/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order, and
-/// viscous friction of a power law as before the first fit, which ends where c is zero or p is
-/// lost. Nothing where the laws have neither.
+/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; viscous
+/// friction of a power law as before the first fit, which ends where c is zero or p is lost; gaps
+/// that closed open; and speeds that ended at a limit of the lvm beyond it. Nothing where the laws
+/// have none of these.
 std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
+  constexpr double kAtLimit = 1.01, kBeyond = 4;
+  constexpr double kOpenGap = 3e-4;  // half of it [rad]
   using enum friction::Role;
   friction::Friction& friction = fitted.friction;
   const Arm unfitted = fits.start(friction.model.joints());
@@ -215,6 +219,23 @@ std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
     if (p.info.role == kPowerViscous || p.info.role == kExponent || p.info.role == kViscous)
       friction.theta[i] = unfitted.friction.theta[i];
   }
+  for (const Limit& limit : sum_limits(fitted)) {
+    double& value = friction.theta[limit.parameter];
+    const friction::ParameterInfo& info = friction.model.parameters()[limit.parameter].info;
+    const bool is_speed = info.role == kStribeckVelocity || info.role == kSmoothingSpeed;
+    const bool low = value<kAtLimit * limit.lower, high = kAtLimit * value> limit.upper;
+    if (!is_speed || limit.lower == limit.upper || !(low || high)) continue;
+    value = std::clamp(high ? kBeyond * value : value / kBeyond, info.lower, info.upper);
+    any = true;
+  }
+  for (int j = 0; j < fits.n(); ++j)
+    if (const int b = friction::find_parameter(friction.model, j, kGap); b >= 0) {
+      double& gap = friction.theta[static_cast<std::size_t>(b)];
+      const double open =
+          kOpenGap * dynamics::travel_scale(fitted.robot.joints[static_cast<std::size_t>(j)]);
+      any = any || gap < open;
+      gap = std::max(gap, open);
+    }
   return any ? std::optional<Arm>(std::move(fitted)) : std::nullopt;
 }
 

@@ -94,6 +94,7 @@ class SumChoice : public FittedParts {
     if (parts_ != before) {
       try_gear_loads();
       try_memories();
+      if (try_inner_viscous()) try_memories();
     }
     if (fits_->is_short()) return;
     try_further_modifiers();
@@ -182,7 +183,7 @@ class SumChoice : public FittedParts {
     const Parts none = switched(SumPart::kMemoryless);
     if (none == parts_ || is_hopeless_without_memory_) return;
     Arm without =
-        fit(with_stribeck_curves(fitted_, from_fitted(none)), WaveSearch::kNone, kRoughGain);
+        fit(with_curves_without_memory(fitted_, from_fitted(none)), WaveSearch::kNone, kRoughGain);
     is_hopeless_without_memory_ = true;
     for (int j = 0; j < fits_->n(); ++j)
       if (none[static_cast<std::size_t>(j)] != parts_[static_cast<std::size_t>(j)] &&

@@ -27,6 +27,10 @@ bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 /// with that of the Stribeck torque beside it where `to` has none.
 Arm with_stribeck_curves(const Arm& from, Arm to);
 
+/// The same; laws without memory begin anew where the curve falls towards rest, which stands for
+/// the smoothing speed of a law that is not fitted yet.
+Arm with_curves_without_memory(const Arm& from, Arm to);
+
 /// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.
 Arm with_stribeck_beside(Arm arm);
 
