@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "fricid/base/rng.hpp"
 #include "fricid/data/training_part.hpp"
 #include "scene_folder.hpp"
 
@@ -122,12 +123,75 @@ TEST(SamplesInCommon, AreThoseOfMotion) {
   rest.q.setConstant(0.5);
   rest.tau.setConstant(1);
   EXPECT_EQ(samples_in_common(rest, rest), 0);
-  other.tau.array() += 1e-6;
-  other.tau.row(50) = rest.tau.row(50);
+  other.tau.array() += 1e-3;
+  other.tau.row(50) = swinging("a", 100).tau.row(50);
   EXPECT_EQ(samples_in_common(other, swinging("a", 100)), 0);
   Dataset missing = swinging("a", 100);
   missing.q.row(20).setConstant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(samples_in_common(missing, missing), 100);
+}
+
+/// A robot that repeats a motion at 1 kHz, each time with noise of its own, read by sensors with
+/// these steps; 0: none.
+Dataset measured(std::uint64_t seed, double position_step, double torque_step) {
+  constexpr int kSamples = 4000;
+  constexpr double kPositionNoise = 4e-6, kTorqueNoise = 0.02;
+  Rng rng(seed, 0);
+  Dataset d = swinging("a", kSamples);
+  d.rate_hz = 1000;
+  d.t = Eigen::VectorXd::LinSpaced(kSamples, 0, (kSamples - 1) / d.rate_hz);
+  for (int k = 0; k < kSamples; ++k)
+    for (int j = 0; j < 2; ++j) {
+      const double w = 3. + j, v = std::cos(w * d.t[k]);
+      d.q(k, j) = std::sin(w * d.t[k]) + kPositionNoise * rng.normal();
+      d.tau(k, j) = 20 * d.q(k, j) + (v > 0 ? 5 : -5) + 2 * v + kTorqueNoise * rng.normal();
+    }
+  const auto read = [](RowMatrix& x, double step) {
+    if (step > 0) x = (x.array() / step).round() * step;
+  };
+  read(d.q, position_step);
+  read(d.tau, torque_step);
+  return d;
+}
+
+Dataset rounded(Dataset d, double position_step, double torque_step) {
+  d.q = (d.q.array() / position_step).round() * position_step;
+  d.tau = (d.tau.array() / torque_step).round() * torque_step;
+  return d;
+}
+
+// Exported once more with fewer digits, from another sample on.
+TEST(SamplesInCommon, AreFoundThroughRounding) {
+  for (const double torque_step : {0., 0.005, 0.1}) {
+    const Dataset whole = measured(1, 1e-5, torque_step), part = rows_of(whole, 1200, 2000);
+    const auto expect_found = [&](const Dataset& exported, const char* how) {
+      SCOPED_TRACE(fmt::format("{}, torque in steps of {}", how, torque_step));
+      EXPECT_GE(samples_in_common(exported, whole), 1900);
+      EXPECT_GE(samples_in_common(whole, exported), 1900);
+      EXPECT_GE(samples_in_common(exported, rounded(whole, 1e-9, 1e-9)), 1900);
+    };
+    expect_found(rounded(part, 1e-6, 1e-6), "six decimals");
+    expect_found(rounded(part, 1e-4, 1e-2), "four and two decimals");
+    expect_found(rounded(part, 1e-4, 0.1), "four decimals and one");
+    Dataset single = part;
+    single.q = part.q.cast<float>().cast<double>();
+    single.tau = part.tau.cast<float>().cast<double>();
+    expect_found(single, "float");
+    Dataset degrees = part;  // read back from degrees of four decimals
+    degrees.q = (part.q.array() * 57.29577951308232 * 1e4).round() / 1e4 / 57.29577951308232;
+    expect_found(degrees, "degrees of four decimals");
+  }
+}
+
+TEST(SamplesInCommon, AreNotThoseOfAMotionThatIsRepeated) {
+  for (const double torque_step : {0., 0.005, 0.02, 0.1}) {
+    const Dataset first = measured(1, 1e-5, torque_step), second = measured(2, 1e-5, torque_step);
+    SCOPED_TRACE(fmt::format("torque in steps of {}", torque_step));
+    EXPECT_EQ(samples_in_common(first, second), 0);
+    EXPECT_EQ(samples_in_common(first, rounded(second, 1e-4, 0.1)), 0);
+    EXPECT_EQ(samples_in_common(rounded(first, 1e-4, 0.1), rounded(second, 1e-4, 0.1)), 0);
+    EXPECT_EQ(samples_in_common(rounded(first, 1e-6, 1e-6), second), 0);
+  }
 }
 
 TEST(TrainingPart, IsAllOfWhatIsShort) {

@@ -1,11 +1,8 @@
 #include "fricid/data/log_part.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <unordered_set>
 
 #include "fricid/base/error.hpp"
 
@@ -77,55 +74,6 @@ Dataset rows_of(const Dataset& d, Eigen::Index first, Eigen::Index length) {
        {&Dataset::q, &Dataset::tau, &Dataset::v, &Dataset::temperature})
     if ((d.*signal).rows() > 0) out.*signal = (d.*signal).middleRows(first, length);
   return out;
-}
-
-namespace {
-
-constexpr Eigen::Index kStretch = 8;  // samples; a single one may repeat by chance
-
-/// Hashes of the stretches of `kStretch` samples in which a joint moves, by the first sample; else
-/// 0.
-std::vector<std::uint64_t> stretches(const Dataset& d) {
-  const auto mix = [](std::uint64_t hash, std::uint64_t value) {
-    hash = (hash ^ value) * 0x9e3779b97f4a7c15;
-    return hash ^ (hash >> 32);
-  };
-  std::vector<std::uint64_t> rows;
-  for (Eigen::Index k = 0; k < d.q.rows(); ++k) {
-    std::uint64_t hash = 1;
-    for (const RowMatrix* table : {&d.q, &d.tau})
-      for (const double value : table->row(k))
-        hash = mix(hash, std::bit_cast<std::uint64_t>(value));
-    rows.push_back(hash);
-  }
-  std::vector<std::uint64_t> found;
-  for (Eigen::Index k = 0; k + kStretch <= d.q.rows(); ++k) {
-    std::uint64_t hash = 1;
-    for (Eigen::Index i = k; i < k + kStretch; ++i)
-      hash = mix(hash, rows[static_cast<std::size_t>(i)]);
-    const bool moves =
-        (d.q.row(k).array() != d.q.row(k + kStretch - 1).array() && d.q.row(k).array().isFinite() &&
-         d.q.row(k + kStretch - 1).array().isFinite())
-            .any();
-    found.push_back(moves ? hash : 0);
-  }
-  return found;
-}
-
-}  // namespace
-
-int samples_in_common(const Dataset& dataset, const Dataset& other) {
-  const std::vector<std::uint64_t> of_other = stretches(other);
-  const std::unordered_set<std::uint64_t> known(of_other.begin(), of_other.end());
-  const std::vector<std::uint64_t> own = stretches(dataset);
-  Eigen::Index count = 0, counted = 0;  // samples before `counted` are done
-  for (Eigen::Index k = 0; k < std::ssize(own); ++k) {
-    const std::uint64_t hash = own[static_cast<std::size_t>(k)];
-    if (hash == 0 || !known.contains(hash)) continue;
-    count += k + kStretch - std::max(k, counted);
-    counted = k + kStretch;
-  }
-  return static_cast<int>(count);
 }
 
 Dataset cut(const Dataset& d, const LogPart& part, const std::string& where) {

@@ -33,8 +33,10 @@ Dataset of_joints(const Dataset& dataset, const std::vector<std::string>& joints
 /// Samples [first, first + length).
 Dataset rows_of(const Dataset& dataset, Eigen::Index first, Eigen::Index length);
 
-/// Samples of `dataset` that are those of `other` too: equal positions and torques over stretches
-/// of motion, wherever these begin. @pre both have the same joints
+/// Samples of `dataset` that are those of `other` too, wherever they begin: over 50 rows and more
+/// with motion all positions and torques are equal, but for the rounding of an export or a third of
+/// their noise, which two measurements of one motion do not share. Of hours, parts of less than a
+/// second may be missed. @pre both have the same joints
 int samples_in_common(const Dataset& dataset, const Dataset& other);
 
 /// The samples of a part. @throws UserError naming `where` when there are fewer than two
