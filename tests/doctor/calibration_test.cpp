@@ -42,8 +42,8 @@ TEST(DoctorCalibration, FindsDamageOfEveryKindAndNoneWhereThereIsNone) {
       }
     }
   }
-  EXPECT_EQ(damaged, 3 * 33);
-  EXPECT_GE(found, 91);
+  EXPECT_EQ(damaged, 3 * 34);
+  EXPECT_GE(found, 94);
   EXPECT_LE(others, 4);
 }
 

@@ -51,6 +51,12 @@ void round_to(RowMatrix& x, int j, double step) {
   x.col(j) = (x.col(j).array() / step).round() * step;
 }
 
+void exchange_rows(Dataset& d, int i, int k) {
+  std::swap(d.t[i], d.t[k]);
+  for (RowMatrix* table : {&d.q, &d.tau, &d.v, &d.temperature})
+    if (table->size() > 0) table->row(i).swap(table->row(k));
+}
+
 void swap_columns(RowMatrix& x, int i, int j) { x.col(i).swap(x.col(j)); }
 
 std::vector<Damage> damages() {
@@ -64,6 +70,22 @@ std::vector<Damage> damages() {
        }},
       {"5 rows twice", "duplicate", "t", -1, -1,
        [](Dataset& d) { keep_rows(d, [](int k) { return k % 400 == 100 ? 2 : 1; }); }},
+      {"2 % of the rows behind the next", "out_of_order", "t", -1, -1,
+       [](Dataset& d) {
+         Rng rng(3, 0);
+         for (int k = 0; k + 1 < d.length(); ++k)
+           if (rng.uniform() < 0.02) exchange_rows(d, k, k + 1);
+       }},
+      {"rows shuffled within ten", "out_of_order", "t", -1, -1,
+       [](Dataset& d) {
+         Rng rng(4, 0);
+         for (int k = 0; k + 10 < d.length(); ++k)
+           if (rng.uniform() < 0.3) exchange_rows(d, k, k + static_cast<int>(10 * rng.uniform()));
+       }},
+      {"blocks of 40 rows exchanged", "out_of_order", "t", -1, -1,
+       [](Dataset& d) {
+         for (int k = 0; k < 40; ++k) exchange_rows(d, 700 + k, 740 + k);
+       }},
       {"times off by 5 % of the period", "jitter", "t", -1, -1,
        [](Dataset& d) {
          Rng rng(1, 0);

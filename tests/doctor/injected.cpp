@@ -332,6 +332,15 @@ std::vector<Injection> make_injections() {
          d.t = t;
          return Injected{"in_turn"};
        }},
+      {"2 % of the rows behind the next",
+       [](D d, R, Rng& rng) {
+         std::vector<int> rows;
+         for (int k = 0; k < d.length(); ++k) rows.push_back(k);
+         for (std::size_t k = 1; k < rows.size(); ++k)
+           if (rng.uniform() < 0.02) std::swap(rows[k - 1], rows[k]);
+         keep_rows(d, rows);
+         return Injected{"out_of_order"};
+       }},
   };
 }
 

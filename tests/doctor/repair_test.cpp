@@ -87,8 +87,8 @@ TEST(Repair, GapsAreToldFromStampsThatAreLateAlone) {
 // Clocks of every kind of error and size: what a data set may not be, the doctor finds and repairs.
 TEST(Repair, FindsAndMendsEveryClockThatTheReaderRefuses) {
   constexpr int kLength = 3000;
-  const std::array<FindingKind, 4> of_times{FindingKind::kGap, FindingKind::kDuplicate,
-                                            FindingKind::kJitter, FindingKind::kClockDrift};
+  const std::array of_times{FindingKind::kGap, FindingKind::kDuplicate, FindingKind::kOutOfOrder,
+                            FindingKind::kJitter, FindingKind::kClockDrift};
   Rng rng(1, 0);
   int refused = 0;
   for (int trial = 0; trial < 400; ++trial) {
@@ -163,6 +163,58 @@ data::Dataset moving_log(int length) {
   d.q.col(1) = (0.9 * d.t.array() + 1).cos();
   d.tau = d.q;
   return d;
+}
+
+void exchange_rows(data::Dataset& d, int i, int k) {
+  std::swap(d.t[i], d.t[k]);
+  d.q.row(i).swap(d.q.row(k));
+  d.tau.row(i).swap(d.tau.row(k));
+}
+
+std::vector<std::string> damage_in(const std::vector<Finding>& findings) {
+  std::vector<std::string> names;
+  for (const Finding& f : findings)
+    if (is_damage(f) && f.signal == "t") names.emplace_back(name_of(f.kind));
+  return names;
+}
+
+// Two threads that write one file: rows are behind later ones, a few of them at either end.
+TEST(Repair, SortsRowsThatAreOutOfOrder) {
+  using Names = std::vector<std::string>;
+  const Names kOutOfOrder{"out_of_order"};
+  const data::Dataset whole = moving_log(2000);
+  data::Dataset d = whole;
+  for (const int k : {0, 40, 41, 300, 900, 1200, 1998}) exchange_rows(d, k, k + 1);
+  exchange_rows(d, 500, 503);
+  std::vector<Finding> findings = diagnose(d);
+  EXPECT_EQ(damage_in(findings), kOutOfOrder);
+  const data::Dataset sorted = repair(d, findings, fixes_of(kOutOfOrder));
+  EXPECT_EQ(sorted.t, whole.t);
+  EXPECT_EQ(sorted.q, whole.q);
+  EXPECT_EQ(sorted.tau, whole.tau);
+  EXPECT_TRUE(damage_in(diagnose(sorted)).empty());
+
+  // with a row twice, and others lost
+  data::Dataset twice = whole;
+  for (data::RowMatrix* x : {&twice.q, &twice.tau}) x->row(1000) = x->row(999).eval();
+  twice.t[1000] = twice.t[999];
+  exchange_rows(twice, 600, 601);
+  findings = diagnose(twice);
+  EXPECT_EQ(damage_in(findings), (Names{"out_of_order", "gap", "duplicate"}));
+  EXPECT_NO_THROW(data::check_dataset(
+      repair(twice, findings, fixes_of(Names{"out_of_order", "gap", "duplicate"})), "log"));
+  EXPECT_THROW(repair(twice, findings, fixes_of(Names{"gap"})), UserError);
+}
+
+// Stamps that are exchanged beside rows in their order, and a stamp that is back, are none of it.
+TEST(Repair, DoesNotSortRowsByWrongStamps) {
+  const data::Dataset whole = moving_log(2000);
+  data::Dataset d = whole;
+  for (const int k : {300, 900, 1200}) std::swap(d.t[k], d.t[k + 1]);
+  for (const std::string& name : damage_in(diagnose(d))) EXPECT_NE(name, "out_of_order");
+  d = whole;
+  d.t[700] -= 0.0237;
+  for (const std::string& name : damage_in(diagnose(d))) EXPECT_NE(name, "out_of_order");
 }
 
 // The seconds of a minute: they begin again while the arm moves on, and once while it stands. Of

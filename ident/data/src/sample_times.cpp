@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "fricid/base/upper_median.hpp"
@@ -120,6 +121,13 @@ std::vector<int> rising_rows(const Eigen::VectorXd& t) {
     if (!rows.empty() && rows.back() == k - 1 && is_ahead_alone(t, k - 1)) rows.pop_back();
     if (rows.empty() || t[k] > t[rows.back()]) rows.push_back(k);
   }
+  return rows;
+}
+
+std::vector<int> order_by_time(const Eigen::VectorXd& t) {
+  std::vector<int> rows(static_cast<std::size_t>(t.size()));
+  std::iota(rows.begin(), rows.end(), 0);
+  std::ranges::stable_sort(rows, {}, [&](int k) { return t[k]; });
   return rows;
 }
 

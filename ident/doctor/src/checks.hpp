@@ -14,6 +14,9 @@ using Findings = std::vector<Finding>;
 
 /// restart: where another recording begins; or wrap: where a counter began again.
 void check_restarts(const data::Dataset& d, Findings& findings);
+/// out_of_order: rows up to a second behind later ones, between which their stamps leave room, and
+/// by which the motion is smoother than by their places.
+std::optional<Finding> find_out_of_order(const data::Dataset& d);
 /// held: positions or torques that change at every m-th row alone. @pre one recording
 std::optional<Finding> find_held(const data::Dataset& d);
 /// in_turn: rows of two to four sources one after the other, of which each is smooth: most

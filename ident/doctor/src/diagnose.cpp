@@ -113,7 +113,10 @@ void name_units(const dynamics::RobotModel& robot, Findings& findings) {
 
 std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel* robot) {
   Findings findings;
-  check_restarts(d, findings);
+  if (std::optional<Finding> disorder = find_out_of_order(d))
+    findings.push_back(std::move(*disorder));
+  else
+    check_restarts(d, findings);
   if (findings.empty())
     if (const std::optional<Finding> in_turn = find_sources_in_turn(d)) return {*in_turn};
   if (findings.empty())

@@ -18,6 +18,10 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kDuplicate, kDamage,
              "two samples of one time: velocity is infinite there",
              "--fix duplicate drops the later one", true},
+    KindInfo{FindingKind::kOutOfOrder, kDamage,
+             "rows are behind later ones, as of two threads that write one file: the motion seems "
+             "to leap back",
+             "write from one thread, or --fix out_of_order sorts them by time", true},
     KindInfo{FindingKind::kRestart, kDamage,
              "two recordings in one file; nothing else was examined",
              "split the file there, a recording each", false, true},

@@ -111,6 +111,12 @@ void keep_rows_of_source(Dataset& d, const Finding& held) {
   d.rate_hz /= held.size;
 }
 
+void sort_by_time(Dataset& d) {
+  const std::vector<int> order = data::order_by_time(d.t);
+  choose_rows(d, order);
+  d.t = Eigen::VectorXd(d.t(order));
+}
+
 void let_time_go_on(Dataset& d, const Finding& wrap) {
   for (const int k : wrap.rows) d.t.tail(d.length() - k).array() += wrap.size;
 }
@@ -151,6 +157,7 @@ void apply(Dataset& d, const Finding& f) {
   if (f.kind == FindingKind::kJitter || f.kind == FindingKind::kClockDrift) return make_uniform(d);
   if (f.kind == FindingKind::kUneven) return interpolate(d);
   if (f.kind == FindingKind::kDelay) return advance_torque(d, f);
+  if (f.kind == FindingKind::kOutOfOrder) return sort_by_time(d);
   if (f.kind == FindingKind::kWrap) return let_time_go_on(d, f);
   if (f.kind == FindingKind::kHeld) return keep_rows_of_source(d, f);
   if (f.kind == FindingKind::kVelocity) return d.v.resize(0, 0);
@@ -174,28 +181,30 @@ void apply(Dataset& d, const Finding& f) {
   }
 }
 
-// A wrapped counter comes first and rows that are held next, since what else was found is of the
-// log without; then repairs of given rows, then those that change the rows, then those that need
-// even times. Lost rows are those of the log that is even.
+// Rows are sorted first, then a wrapped counter and rows that are held, since what else was found
+// is of the log without; then repairs of given rows, then those that change the rows, then those
+// that need even times. Lost rows are those of the log that is even.
 int order_of(FindingKind kind) {
   switch (kind) {
-    case FindingKind::kWrap:
+    case FindingKind::kOutOfOrder:
       return 0;
-    case FindingKind::kHeld:
+    case FindingKind::kWrap:
       return 1;
+    case FindingKind::kHeld:
+      return 2;
     case FindingKind::kDuplicate:
-      return 3;
-    case FindingKind::kGap:
       return 4;
+    case FindingKind::kGap:
+      return 5;
     case FindingKind::kJitter:
     case FindingKind::kUneven:
     case FindingKind::kClockDrift:
     case FindingKind::kDelay:
-      return 5;
-    case FindingKind::kLost:
       return 6;
+    case FindingKind::kLost:
+      return 7;
     default:
-      return 2;
+      return 3;
   }
 }
 
@@ -242,6 +251,8 @@ Dataset repair(Dataset d, std::span<const Finding> findings, std::span<const Fin
                       name_of(f.kind), name_of(first));
   };
   for (const Finding* f : chosen) {
+    if (f->kind == FindingKind::kOutOfOrder) continue;
+    require_first(FindingKind::kOutOfOrder, *f);
     if (f->kind != FindingKind::kHeld && f->kind != FindingKind::kWrap)
       require_first(FindingKind::kHeld, *f);
     if (f->kind == FindingKind::kLost)

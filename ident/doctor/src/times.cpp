@@ -88,6 +88,53 @@ void append(Findings some, Findings& findings) {
 
 }  // namespace
 
+// A row that is behind has its place where its stamp is: a stamp that is wrong comes too near to
+// those of others, and stamps that went to the wrong rows make the motion rougher.
+std::optional<Finding> find_out_of_order(const data::Dataset& d) {
+  constexpr double kFarthest = 1;  // [s]
+  constexpr double kRoom = 0.6;    // periods to the stamps before and after
+  constexpr double kShare = 0.9;   // of the rows that are behind, with such room
+  constexpr double kSmoother = 0.8;
+  std::vector<char> is_behind(static_cast<std::size_t>(d.length()), 0);
+  Finding found{.kind = FindingKind::kOutOfOrder, .signal = "t", .unit = "rows", .count = 0};
+  double latest = d.t[0];
+  for (int k = 1; k < d.length(); ++k) {
+    if (latest - d.t[k] > kFarthest) return {};
+    if (d.t[k] < latest) {
+      if (found.count++ == 0) found.begin_s = d.t[k];
+      found.end_s = d.t[k];
+      is_behind[static_cast<std::size_t>(k)] = 1;
+    }
+    latest = std::max(latest, d.t[k]);
+  }
+  if (found.count == 0) return {};
+  const std::vector<int> order = data::order_by_time(d.t);
+  int with_room = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (is_behind[static_cast<std::size_t>(order[i])] == 0) continue;
+    const double own = d.t[order[i]], room = kRoom / d.rate_hz;
+    with_room += (i == 0 || own - d.t[order[i - 1]] > room) &&
+                 (i + 1 == order.size() || d.t[order[i + 1]] - own > room);
+  }
+  if (with_room < kShare * found.count) return {};
+  const auto by_stamp = [&](int k) { return order[static_cast<std::size_t>(k)]; };
+  const auto by_place = [](int k) { return k; };
+  const auto is_moved = [&](int k) { return by_stamp(k) != k; };
+  const auto roughness = [&](const auto& row_at) {  // where the two differ
+    double sum = 0;
+    for (int k = 1; k + 1 < d.length(); ++k) {
+      if (!is_moved(k - 1) && !is_moved(k) && !is_moved(k + 1)) continue;
+      const double bend =
+          (d.q.row(row_at(k + 1)) - 2 * d.q.row(row_at(k)) + d.q.row(row_at(k - 1))).norm();
+      if (std::isfinite(bend)) sum += bend;
+    }
+    return sum;
+  };
+  if (!(roughness(by_stamp) < kSmoother * roughness(by_place))) return {};
+  found.size = found.count;
+  return found;
+}
+
 // A stamp that is back alone is a duplicate: the next one is later than all before. A clock that
 // goes back by the same time again and again, by the range of a counter or in the middle of a
 // motion, began again as that of a minute does; else another recording begins.

@@ -22,6 +22,7 @@ enum class FindingKind {
   kRate,
   kGap,
   kDuplicate,
+  kOutOfOrder,
   kRestart,
   kInTurn,
   kLost,
@@ -60,7 +61,8 @@ enum class FindingKind {
   kSegments
 };
 constexpr std::string_view names(FindingKind) {
-  return "rate|gap|duplicate|restart|in_turn|lost|wrap|jitter|uneven|clock_drift|missing|quantised|"
+  return "rate|gap|duplicate|out_of_order|restart|in_turn|lost|wrap|jitter|uneven|clock_drift|"
+         "missing|quantised|"
          "stuck|same|constant|unsigned|still|saturated|at_limit|spike|jump|repeated|held|velocity|"
          "angle_unit|length_unit|beyond_limit|torque_unit|mount|no_gravity|sign|swapped|coupled|"
          "delay|low_pass|delay_unknown|temperature_unit|temperature_trend|segments";

@@ -22,6 +22,9 @@ bool is_ahead_alone(const Eigen::VectorXd& t, int k);
 /// Rows whose stamps rise: without repeats, and without a single stamp that is ahead of the next.
 std::vector<int> rising_rows(const Eigen::VectorXd& t);
 
+/// All rows by their stamps, those of one stamp as they were.
+std::vector<int> order_by_time(const Eigen::VectorXd& t);
+
 /// Samples lost before each row (T), by rising times: a stamp that is late alone is jitter; after a
 /// gap those that follow are late too.
 std::vector<int> lost_before(const Eigen::VectorXd& t, double rate_hz);

@@ -13,7 +13,8 @@ namespace fricid::doctor {
 
 /// Examines a log as it was read: times may have gaps, repeat or jitter.
 ///
-/// Of the times: rate, duplicate, wrap; gap, jitter, clock_drift, or uneven where the motion is
+/// Of rows that are out of order: out_of_order, then all others of the log sorted by time. Of the
+/// times: rate, duplicate, wrap; gap, jitter, clock_drift, or uneven where the motion is
 /// smooth by its stamps; of a file of several recordings
 /// restart alone, and so of rows of several sources in turn. Of rows that are held: held, then all
 /// others of the log without. Of each signal: missing, stuck, constant, unsigned, still, quantised,
@@ -42,6 +43,7 @@ bool can_be_repaired(const Finding& finding);
 
 /// The log with the findings of some kinds repaired; `source` lists the repairs.
 ///
+///     out_of_order the rows are sorted by time
 ///     wrap         the time goes on where its counter began again
 ///     held         the first row of each new value is kept, at the rate of the source
 ///     gap          rows of missing values where samples are lost
