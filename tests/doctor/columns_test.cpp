@@ -147,6 +147,22 @@ TEST(Doctor, AColumnWithoutAValueIsMissingAndNothingElse) {
   EXPECT_TRUE(of_kind(findings, "temperature_unit").empty()) << text_of(findings, log);
 }
 
+// A torque that every tenth sample lacks: near each sample that lacks it a filtered signal
+// is made up.
+TEST(Doctor, MissingValuesThatLeaveNothingAreDamage) {
+  Dataset log = clean_logs()[0].data;
+  for (Eigen::Index k = 0; k < log.tau.rows(); k += 10)
+    log.tau.row(k).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const std::vector<Finding> missing = of_kind(diagnose(log, nullptr), "missing");
+  ASSERT_EQ(std::ssize(missing), log.n());
+  for (const Finding& f : missing) {
+    EXPECT_TRUE(is_damage(f) && misleads(f));
+    EXPECT_NE(to_text(f, log).find("nothing is left of the log"), std::string::npos)
+        << to_text(f, log);
+  }
+  EXPECT_FALSE(info_of(FindingKind::kMissing).remedy.empty());
+}
+
 // Rows that all columns lost are one finding beside what a column lost alone.
 TEST(Doctor, RowsThatAllColumnsLostAreOneFinding) {
   Dataset log = clean_logs()[0].data;

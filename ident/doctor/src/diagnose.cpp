@@ -9,6 +9,7 @@
 #include "checks.hpp"
 #include "fricid/base/unit_of_joint.hpp"
 #include "fricid/doctor/doctor.hpp"
+#include "fricid/signals/recording.hpp"
 
 namespace fricid::doctor {
 namespace {
@@ -48,6 +49,22 @@ void join_missing(const data::Dataset& d, Findings& findings) {
   all.is_severe = false;
   std::erase_if(findings, is_alike);
   findings.insert(findings.begin(), std::move(all));
+}
+
+// Missing values so close to each other that hardly any filtered signal is without one.
+void know_what_is_left(const data::Dataset& d, Findings& findings) {
+  constexpr double kCutoff = 10;       // [Hz] of a fit, unless it is told another
+  constexpr double kLeastLeft = 0.01;  // of the samples
+  const std::vector<bool> made_up = signals::beside_missing(d, kCutoff);
+  const auto left = static_cast<double>(std::ranges::count(made_up, false));
+  if (left >= kLeastLeft * d.length()) return;
+  for (Finding& f : findings) {
+    if (f.kind != FindingKind::kMissing) continue;
+    f.is_severe = true;
+    f.unit += fmt::format("; {} left of the log, all else within {:g} s of one",
+                          left == 0 ? "nothing is" : fmt::format("{:.2g} s are", left * d.dt()),
+                          1 / kCutoff);
+  }
 }
 
 // Torque that is constant at the effort limit of its joint is what the drive gave.
@@ -132,6 +149,7 @@ std::vector<Finding> diagnose(const data::Dataset& d, const dynamics::RobotModel
   check_signals(d, findings);
   if (robot != nullptr) know_limits(*robot, findings);
   join_missing(d, findings);
+  know_what_is_left(d, findings);
   find_segments(d, findings);
 
   // The rest needs even times: what was found so far is mended for it, single wrong samples too.

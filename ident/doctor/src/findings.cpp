@@ -48,7 +48,10 @@ constexpr std::array kKinds{
     KindInfo{FindingKind::kClockDrift, kDamage, "speed and inertia are scaled by the clock's error",
              "log the controller's own clock; if samples are taken evenly, --fix clock_drift",
              true},
-    KindInfo{FindingKind::kMissing, kNote, "these samples take no part in a fit", "", false},
+    KindInfo{FindingKind::kMissing, kNote,
+             "these samples, and those as near as a filter of the fit reaches, take no part in it",
+             "log every channel at every sample; where one comes less often, log all at its rate",
+             false},
     KindInfo{
         FindingKind::kQuantised, kDamage,
         "friction before sliding is hidden between the steps; of a position acceleration is noise",

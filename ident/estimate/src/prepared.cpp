@@ -130,8 +130,7 @@ Prepared prepare(const dynamics::RobotModel& robot, const RigidBodyOptions& opti
     out.rigid_body.lacks_growth = true;
   }
   if (out.rigid_body.Fc.size() != robot.n())
-    throw UserError("{}: {}; allowed: training data in which the arm moves", robot.name,
-                    out.rigid_body.message);
+    throw UserError("{}: {}", robot.name, out.rigid_body.message);
   return out;
 }
 

@@ -274,8 +274,10 @@ PayloadFit payload_least_squares(const dynamics::RobotModel& robot, const dynami
     fit.equations.push_back(counts.equations[static_cast<std::size_t>(j)] +
                             loaded.equations[static_cast<std::size_t>(j)]);
   if (std::min(first.tau.size(), second.tau.size()) <= kLoad + 3 * at.n) {
-    fit.message =
-        fmt::format("{} and {} rows of sliding joints", first.tau.size(), second.tau.size());
+    fit.message = fmt::format(
+        "joints slide at {} samples without the load and at {} with it, too few for a load; record "
+        "motion of all joints in both, every channel at every sample",
+        first.tau.size(), second.tau.size());
     return fit;
   }
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(at.size());

@@ -116,18 +116,24 @@ std::vector<JointInertia> find_without_inertia(const dynamics::RobotModel& robot
   return largest;
 }
 
-// What takes rows away although the arm moves; empty where nothing is missing.
-std::string missing_values(std::span<const signals::Recording> sequences) {
+/// Why there are fewer rows than unknowns, and what to do: missing values take rows away although
+/// the arm moves.
+std::string too_few_rows(Eigen::Index rows, Eigen::Index unknowns,
+                         std::span<const signals::Recording> sequences) {
   Eigen::Index lacking = 0, all = 0;
   for (const signals::Recording& r : sequences) {
     all += r.length();
     for (Eigen::Index k = 0; k < r.length(); ++k)
       lacking += r.log.q.row(k).hasNaN() || r.log.tau.row(k).hasNaN();
   }
-  if (lacking == 0) return {};
-  return fmt::format(
-      "; {} of {} samples lack a position or a torque, and the samples around each take no part",
-      lacking, all);
+  std::string text =
+      rows == 0 ? std::string("no sample of a joint that slides is left")
+                : fmt::format("{} samples of joints that slide for {} unknowns", rows, unknowns);
+  if (lacking == 0) return text + "; allowed: training data in which the arm moves";
+  return text + fmt::format(
+                    "; {} of {} samples lack a position or a torque, and the samples "
+                    "around each take no part; log every channel at every sample",
+                    lacking, all);
 }
 
 /// (n) Standard deviation of the residual without a prior; empty where there are too few rows.
@@ -178,8 +184,7 @@ RigidBodyFit solve(const dynamics::RobotModel& robot, std::span<const signals::R
   const auto f = std::ssize(friction), head = std::ssize(columns) - f;
   const Eigen::Index unknowns = with_prior ? f : b + f;
   if (data.rows.rows() <= unknowns) {
-    fit.message = fmt::format("{} rows of sliding joints for {} unknowns{}", data.rows.rows(),
-                              unknowns, missing_values(sequences));
+    fit.message = too_few_rows(data.rows.rows(), unknowns, sequences);
     fit.pi = robot.pi;
     return fit;
   }
