@@ -70,6 +70,21 @@ class WholeJob(ProgramTest):
         self.assertEqual(fricid("run", TINY, "-o", folder).returncode, 0)
         self.assertEqual(before, {p: p.stat().st_mtime_ns for p in folder.rglob("*.h5")})
 
+    def test_says_which_parameters_ended_on_a_bound(self):
+        """Friction without a viscous part that falls with the speed pushes Fv below zero."""
+        text = TINY.read_text().replace("../../scenes/", f"{TINY.parents[2] / 'scenes'}/")
+        for old, new in {"sigma2 = [6, 6.5, 2.6, 1.4, 1.2, 0.5]": "sigma2 = 0", "vs = 0.05": "vs = 0.5",
+                         "Fs = [10.8, 11.9, 6.5, 3.0, 2.7, 1.7]": "Fs = [20, 22, 12, 5.6, 5, 3.2]"}.items():
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        self.write("scene.toml", text)
+        done = fricid("identify", self.folder / "scene.toml", "-o", self.folder / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = [line for line in (done.stdout + done.stderr).splitlines() if line.startswith("simple_s1: on a bound: ")]
+        self.assertEqual(len(said), 1, done.stdout + done.stderr)
+        self.assertIn("Fv of joint_a2", said[0])
+        self.assertIn("another law", said[0])
+
     def test_says_why_a_horizon_cannot_rank_models(self):
         scene = self.tiny(changes={"min_headroom = 1": "min_headroom = 1e9"})
         folder = self.folder / "run"

@@ -7,6 +7,7 @@
 #include "fricid/base/error.hpp"
 #include "fricid/data/artefact.hpp"
 #include "fricid/estimate/fit.hpp"
+#include "fricid/evaluate/warnings.hpp"
 #include "fricid/workflow/job.hpp"
 #include "fricid/workflow/recordings.hpp"
 #include "fricid/workflow/section.hpp"
@@ -103,6 +104,8 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     if (fit.remarks)
       for (const data::FittedRemark& remark : *fit.remarks)
         job.say(fmt::format("{}: {}: {}; {}", id, remark.found, remark.meaning, remark.remedy));
+    if (const auto bounds = evaluate::bounds_of(fit, id))
+      job.say(fmt::format("{}: {}: {}; {}", id, bounds->found, bounds->meaning, bounds->remedy));
     std::vector<std::string> faults;
     for (const data::FittedFault& fault : fit.faults)
       faults.push_back(estimate::in_words({fault.joint, fault.found, fault.remedy}));

@@ -1,6 +1,8 @@
 #include "fricid/evaluate/warnings.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -55,22 +57,15 @@ void warn_of_trust(const data::FitFile& fit, const std::string& name, Warnings& 
 }
 
 void warn_of_joints(const data::FitFile& fit, const std::string& name, Warnings& warnings) {
-  std::vector<std::string> bounds, split;
+  std::vector<std::string> split;
   for (const data::FittedJoint& joint : fit.joints) {
-    if (!joint.at_bound.empty())
-      bounds.push_back(fmt::format("{} of {}", fmt::join(joint.at_bound, ", "), joint.joint));
     if (joint.start_rms.size() > 1) {
       const auto [least, most] = std::ranges::minmax(joint.start_rms);
       if (most > kStartsDisagree * least)
         split.push_back(fmt::format("{} ({:.3g} to {:.3g} N m)", joint.joint, least, most));
     }
   }
-  if (!bounds.empty())
-    warnings.push_back(
-        {name, "on a bound: " + enumeration(bounds),
-         "the data push these parameters further than the table of laws allows, so the law does "
-         "not need them or cannot describe this joint",
-         "read them as \"at least\" or \"at most\"; try fewer elements or another law"});
+  if (std::optional<Warning> bounds = bounds_of(fit, name)) warnings.push_back(*std::move(bounds));
   if (!split.empty())
     warnings.push_back(
         {name, "searches from several starts ended at different errors: " + enumeration(split),
@@ -177,6 +172,19 @@ std::vector<Warning> warnings_of(const Evaluation& evaluation) {
            "this column cannot rank models",
            "judge by another horizon; lower the sensors' noise or choose a shorter one"});
   return warnings;
+}
+
+std::optional<Warning> bounds_of(const data::FitFile& fit, const std::string& name) {
+  std::vector<std::string> bounds;
+  for (const data::FittedJoint& joint : fit.joints)
+    if (!joint.at_bound.empty())
+      bounds.push_back(fmt::format("{} of {}", fmt::join(joint.at_bound, ", "), joint.joint));
+  if (bounds.empty()) return {};
+  return Warning{
+      name, "on a bound: " + enumeration(bounds),
+      "the data push these parameters further than the table of laws allows, so the law does not "
+      "need them or cannot describe this joint",
+      "read them as \"at least\" or \"at most\"; try fewer elements or another law"};
 }
 
 std::vector<Warning> warnings_of(const data::FitFile& fit, const std::string& name,

@@ -1,6 +1,7 @@
 // Warnings about the results of a run, each with its remedy.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@ Warning warning_of(const Unexplained& torque);
 /// Models in doubt, recordings that do not belong, rollouts that diverged, horizons that cannot
 /// rank models.
 std::vector<Warning> warnings_of(const Evaluation& evaluation);
+
+/// Parameters of a fit that ended on a bound; none: nothing to say.
+/// @param name  of the model, for `subject`
+std::optional<Warning> bounds_of(const data::FitFile& fit, const std::string& name);
 
 /// Faults and outcome of a fit, parameters on a bound, several minima, a regression that is poorly
 /// conditioned or uses few rows (conventional part); training that went astray (learned part).
