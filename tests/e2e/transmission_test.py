@@ -156,6 +156,33 @@ class Transmission(ProgramTest):
         done = fricid("estimate", model, truth / "data" / "validation_0.h5", "-o", self.folder / "along.h5")
         self.assertIn(done.returncode, (0, 2), done.stderr)
 
+    def test_both_motors_of_a_differential(self):
+        """Logs of its joints name the two couplings that declare it, with which the friction of both motors is found."""
+        second = """
+[[robot.coupling]]
+joint = "joint_a5"
+motor = "joint_a6"
+factor = 1
+"""
+        truth = self.folder / "truth"
+        done = fricid("simulate", self.write("truth.toml", TRUTH + second), "-o", truth)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.write("contract.toml", CONTRACT)
+        done = fricid("identify", self.write("plain.toml", LOGS), "-o", self.folder / "plain")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        for joint in ("joint_a5", "joint_a6"):
+            self.assertRegex(
+                done.stdout + done.stderr,
+                rf'simple_s1: {joint}: friction depends on the speed of .*declare it, '
+                r'\[\[robot\.coupling\]\] joint = "joint_a6", motor = "joint_a5", factor = -1 and '
+                r'\[\[robot\.coupling\]\] joint = "joint_a5", motor = "joint_a6", factor = 1, or')
+        declared = self.folder / "declared"
+        done = fricid("identify", self.write("declared.toml", LOGS + COUPLING + second), "-o", declared)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        _, found = self.parameters(declared)
+        for j, motor in enumerate(found):
+            self.assertAlmostEqual(motor["Fc"]["value"] / COULOMB[j], 1, delta=0.03, msg=f"Fc {j}")
+
     def test_the_couplings_of_a_contract_are_those_of_the_robot(self):
         scene = LOGS.replace("truth/", str(self.folder) + "/")
         at_motors = "gear_ratio = [1, 1, 1, 1, 1, 1]\n" + CONTRACT.replace('[position]', '[position]\nunit = "motor_rad"') + """

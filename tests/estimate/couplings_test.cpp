@@ -2,7 +2,7 @@
 // where two joints only ever turn together.
 #include "fricid/estimate/couplings.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <array>
 #include <cmath>
@@ -93,6 +93,38 @@ TEST(Couplings, ThatLeaveFrictionAtTheJointAreNotDeclared) {
     dynamics::RobotModel declared = robot;
     declared.couplings.push_back({1, 0, -1});
     EXPECT_EQ(declaration_of(found[1], 1, declared), "");
+  }
+}
+
+// Both motors of a differential turn both joints: two couplings declare that.
+TEST(Couplings, ThoseOfADifferentialAreDeclaredByTwo) {
+  dynamics::RobotModel robot;
+  for (const char* name : {"inner", "outer"}) {
+    robot.joints.emplace_back();
+    robot.joints.back().name = name;
+  }
+  const auto apart = [](double t) {  // the outer joint first
+    return std::array{0.8 * std::sin(2.1 * t + 1), std::sin(1.3 * t)};
+  };
+  for (const double factor : {1.0, 0.5}) {
+    const signals::Recording r =
+        swapped(recording(apart, [&](double, const std::array<double, 2>& v) {
+          const double one = 3 * sign(v[0] + factor * v[1]), other = 4 * sign(v[0] - factor * v[1]);
+          return std::array{one + other, factor * (one - other)};
+        }));
+    const FrictionTorques target{r.filtered_tau};
+    const std::vector<Coupling> found = find_couplings(std::span(&r, 1), target);
+    for (const int j : {0, 1}) {
+      ASSERT_TRUE(
+          matters(found[static_cast<std::size_t>(j)], found[static_cast<std::size_t>(j)].r2));
+      const std::string text = declaration_of(found[static_cast<std::size_t>(j)], j, robot);
+      EXPECT_THAT(
+          text,
+          testing::MatchesRegex(
+              R"(\[\[robot.coupling\]\] joint = "outer", motor = "inner", factor = -(1|0\.[45].*) and )"
+              R"(\[\[robot.coupling\]\] joint = "inner", motor = "outer", factor = (1|2|2\..*|1\.9.*))"))
+          << factor << " " << j;
+    }
   }
 }
 

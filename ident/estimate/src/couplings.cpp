@@ -157,6 +157,18 @@ class Motors {
     return own_.held_out - left_by(motor, rows_.torque).held_out <
            kHalf * (own_.held_out - left_by(X_, rows_.torque).held_out);
   }
+  /// What motors at v_j + factor v_k and v_j + second v_k leave, over what the first and the joint
+  /// itself do.
+  double left_by_two(int k, double factor, double second) {
+    Eigen::MatrixXd motors(X_.rows(), 5);
+    motors.col(1) = rows_.v.col(j_) + factor * rows_.v.col(k);
+    motors.col(3) = rows_.v.col(j_) + second * rows_.v.col(k);
+    for (const Eigen::Index motor : {0, 2})
+      motors.col(motor) = motors.col(motor + 1).array().sign();
+    motors.col(4).setOnes();
+    X_.rightCols(2) = motors.leftCols(2);
+    return left_by(motors, rows_.torque).held_out / left_by(X_, rows_.torque).held_out;
+  }
   /// Share of what that leaves which a motor at v_j + factor v_k explains, `Coupling::share`; none
   /// where the torque does not jump with it.
   double share(int k, double factor) {
@@ -190,6 +202,27 @@ bool refine(Coupling& best, const Consider& consider) {
     }
   if (std::abs(std::abs(best.factor) - 1) < kOne) best.factor = std::copysign(1, best.factor);
   return true;
+}
+
+/// The factor of a second motor that turns joint j with k, `Coupling::factor_of_second`.
+double second_motor(Motors& of_joint, int k, double factor) {
+  double best = 0, left = kHalf;
+  const auto consider = [&](double second) {
+    if (std::abs(second - factor) < kOne) return;
+    if (const double now = of_joint.left_by_two(k, factor, second); now < left)
+      left = now, best = second;
+  };
+  for (const double second : kFactors)
+    for (const double sign : {1.0, -1.0}) consider(sign * second);
+  consider(-factor);
+  for (double step = kFirstStep; best != 0 && step > kLastStep; step = std::sqrt(step))
+    for (double before = 0; before != best;) {
+      before = best;
+      consider(before * step);
+      consider(before / step);
+      if (const double size = std::abs(best); std::max(size, 1 / size) > kLargest) return 0;
+    }
+  return std::abs(std::abs(best) - 1) < kOne ? std::copysign(1, best) : best;
 }
 
 }  // namespace
@@ -228,7 +261,13 @@ std::vector<Coupling> find_couplings(std::span<const signals::Recording> recordi
     }
     const auto [inner, outer] = std::minmax(j, c.with);
     Motors at_outer(rows_of(outer, recordings, target, 0), outer);
-    c.at_joint_too = at_outer.needs_own(inner, outer == j ? c.factor : 1 / c.factor);
+    const double of_outer = outer == j ? c.factor : 1 / c.factor;
+    c.at_joint_too = at_outer.needs_own(inner, of_outer);
+    if (const double second = c.at_joint_too ? second_motor(at_outer, inner, of_outer) : 0;
+        second != 0) {
+      c.at_joint_too = false;
+      c.factor_of_second = outer == j ? second : 1 / second;
+    }
   }
   return found;
 }
@@ -253,10 +292,18 @@ std::string declaration_of(const Coupling& coupling, int joint, const dynamics::
                (of_robot.joint == i && of_robot.motor == o);
       });
   if (is_declared || coupling.at_joint_too) return "";
-  return fmt::format("[[robot.coupling]] joint = \"{}\", motor = \"{}\", factor = {:.3g}",
-                     robot.joints[static_cast<std::size_t>(outer)].name,
-                     robot.joints[static_cast<std::size_t>(inner)].name,
-                     declared_factor(coupling, joint));
+  const auto table = [&](int of, int by, double factor) {
+    return fmt::format("[[robot.coupling]] joint = \"{}\", motor = \"{}\", factor = {:.3g}",
+                       robot.joints[static_cast<std::size_t>(of)].name,
+                       robot.joints[static_cast<std::size_t>(by)].name, factor);
+  };
+  const double own = declared_factor(coupling, joint);
+  if (coupling.factor_of_second == 0) return table(outer, inner, own);
+  Coupling second = coupling;
+  second.factor = coupling.factor_of_second;
+  const double other = declared_factor(second, joint);
+  return fmt::format("{} and {}", table(outer, inner, std::min(own, other)),
+                     table(inner, outer, 1 / std::max(own, other)));
 }
 
 }  // namespace fricid::estimate

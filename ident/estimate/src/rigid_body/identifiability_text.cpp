@@ -177,11 +177,13 @@ std::string to_summary(const Identifiability& report, const dynamics::RobotModel
   for (std::size_t j = 0; j < report.couplings.size(); ++j)
     if (const Coupling& c = report.couplings[j]; matters(c, c.r2)) {
       const std::string declaration = declaration_of(c, static_cast<int>(j), robot);
-      text +=
-          fmt::format("; that of {} depends on the speed of {} too: {}", robot.joints[j].name,
-                      name_of_other(c, robot),
-                      declaration.empty() ? "it is at motors and joints, of which a model has one"
-                                          : declaration + ", if one motor turns both");
+      text += fmt::format(
+          "; that of {} depends on the speed of {} too: {}", robot.joints[j].name,
+          name_of_other(c, robot),
+          declaration.empty()
+              ? "it is at motors and joints, of which a model has one"
+              : fmt::format("{}, if {} both", declaration,
+                            c.factor_of_second == 0 ? "one motor turns" : "two motors turn"));
     }
   std::vector<std::string> growth;
   for (const ParameterVerdict& v : report.parameters)

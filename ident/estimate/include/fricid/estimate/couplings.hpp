@@ -23,6 +23,10 @@ struct Coupling {
   /// Whether friction of the outer of the two joints goes with its own speed too: of what both
   /// together explain beside the one or the other, that of the motor alone is less than half.
   bool at_joint_too = false;
+  /// Where friction of the joints is that of two motors instead, as of a differential, the factor
+  /// of the other one, which explains what the first and the joint leave but for less than half; 0:
+  /// there is none.
+  double factor_of_second = 0;
 };
 
 /// The strongest coupling of every joint (n): least squares of `target` on sign and speed of the
@@ -42,7 +46,7 @@ const std::string& name_of_other(const Coupling& coupling, const dynamics::Robot
 /// the two joints, which turns by q_outer - factor q_inner, and the inner joint.
 double declared_factor(const Coupling& coupling, int joint);
 /// The keys of a scene that declare it; empty where that is no remedy, since they are declared or
-/// friction is at motors and joints, of which a model has one.
+/// friction is at motors and joints, of which a model has one. Of a differential two tables.
 std::string declaration_of(const Coupling& coupling, int joint, const dynamics::RobotModel& robot);
 
 }  // namespace fricid::estimate
