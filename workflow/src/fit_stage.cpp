@@ -104,8 +104,6 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     if (fit.remarks)
       for (const data::FittedRemark& remark : *fit.remarks)
         job.say(fmt::format("{}: {}: {}; {}", id, remark.found, remark.meaning, remark.remedy));
-    if (const auto bounds = evaluate::bounds_of(fit, id))
-      job.say(fmt::format("{}: {}: {}; {}", id, bounds->found, bounds->meaning, bounds->remedy));
     std::vector<std::string> faults;
     for (const data::FittedFault& fault : fit.faults)
       faults.push_back(estimate::in_words({fault.joint, fault.found, fault.remedy}));
@@ -114,6 +112,8 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
       faults = {fmt::format("the same {} faults as {}", faults.size(), first->second)};
     for (const std::string& fault : faults) job.say(fmt::format("{}: {}", id, fault));
     if (!fit.usable && fit.faults.empty()) job.say(fmt::format("{}: {}", id, fit.message));
+    if (const auto bounds = evaluate::bounds_of(fit, id))
+      job.say(fmt::format("{}: {}: {}; {}", id, bounds->found, bounds->meaning, bounds->remedy));
     healthy = fit.usable && healthy;
   }
   return healthy;

@@ -348,13 +348,17 @@ struct FittedPart {
     archive(
         "part", part,
         text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
-             "temperature, network; bristle: lugre instead of the bank; viscous: linear viscous "
-             "torque beside that of a power; inner_viscous: in the memory, not beside it; "
-             "stribeck: of the speed alone, beside the memory; cable: a soft spring beside it"));
+             "temperature, network; bristle: lugre instead of the bank; memoryless: stribeck "
+             "instead of either; gear_load: of what the gear hands on, not of the motor's torque; "
+             "viscous: linear viscous torque beside that of a power; inner_viscous: in the memory, "
+             "not beside it; loaded_viscous: viscous torque grows with load; stribeck: of the "
+             "speed alone, beside the memory; loaded_stribeck: it grows with load; "
+             "further_modifiers: temperature and direction of power flow, Stribeck torque and "
+             "cable; cable: a soft spring beside the memory"));
     archive("gain", gain,
             any_number("1", "relative rise of the held-out mean square without the part"));
     archive("gain_se", error, not_negative("1", "standard error of gain, from blocks of a second"));
-    archive("on", on, flag("whether the model includes it"));
+    archive("on", on, flag("whether the model that was taken has it"));
   }
 };
 
@@ -457,7 +461,9 @@ struct FitFile {
     archive.section("multi_step", multi_step, "training on open-loop windows");
     archive.section("em", em, "expectation-maximisation");
     archive.sections("candidates", candidates, "of method joint: fits of which one was chosen");
-    archive.sections("parts", parts, "of model lvm: effect of its parts on the held-out torque");
+    archive.sections(
+        "parts", parts,
+        "of model lvm: what the parts of its sum gain on the held-out torque, as judged last");
     archive.sections("without", without,
                      "of method joint: fits that left recordings out in turn, for its bands");
     archive.section("draws", draws,
