@@ -155,6 +155,25 @@ TEST(FitModel, LawsOfOnesOwnFindSlowWaves) {
   }
 }
 
+// A first fit gives all of it to the linear viscous friction of the Dahl law, which leaves p
+// without a gradient.
+TEST(FitModel, LawsOfOnesOwnFindAConvexPowerLaw) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then c, p, v0
+    theta.push_back({6 * size, 3000 * size, 0, 3 * size, 1.4, 0.01});
+  const Prepared prepared =
+      noisy_logs(arm_with({{{"dahl", 0, {}}, {"viscous_power", 0, {}}}}, theta), 36);
+  ModelOptions config;
+  config.name = "mine";
+  config.method = Method::kJoint;
+  config.train = logs().windows;
+  config.laws = {{.law = "dahl", .elements = 4, .modifiers = {}},
+                 {.law = "viscous_power", .elements = 4, .modifiers = {}}};
+  ConventionalFits conventional(prepared);
+  const Arm arm = fit_model(conventional, config, 1, 2).model.arm;
+  for (int j = 0; j < 3; ++j) EXPECT_NEAR(parameter(arm, j, "viscous_power", "p"), 1.4, 0.15) << j;
+}
+
 // The lvm bounds the Stribeck velocity of its memory by .5 rad/s; a law that is asked for is not.
 TEST(FitModel, LawsOfOnesOwnMayHaveAWideStribeckCurve) {
   std::vector<std::vector<double>> theta;

@@ -197,10 +197,10 @@ Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::Robot
   return with_soft_springs(fits, fits.prior() ? without_wrong_prior(fits, start, own) : start);
 }
 
-/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; viscous
-/// friction of a power law as before the first fit, which ends where c is zero or p is lost; gaps
-/// that closed open; and speeds that ended at a limit of the lvm beyond it. Nothing where the laws
-/// have none of these.
+/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; all linear
+/// viscous friction in the power law, where a first fit ends with c at zero, which leaves p without
+/// a gradient; gaps that closed open; and speeds that ended at a limit of the lvm beyond it.
+/// Nothing where the laws have none of these.
 std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
   constexpr double kAtLimit = 1.01, kBeyond = 4;
   constexpr double kOpenGap = 3e-4;  // half of it [rad]
@@ -212,12 +212,17 @@ std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
     friction.theta[ripple_amplitude(term)] = 0;
     any = true;
   }
-  for (std::size_t i = 0; i < friction.theta.size(); ++i) {
-    const friction::ParameterRef& p = friction.model.parameters()[i];
-    if (friction::find_parameter(friction.model, p.joint, kPowerViscous) < 0) continue;
+  for (int j = 0; j < fits.n(); ++j) {
+    const auto at = [&](friction::Role role) {
+      return friction::find_parameter(friction.model, j, role);
+    };
+    if (at(kPowerViscous) < 0) continue;
+    double& c = friction.theta[static_cast<std::size_t>(at(kPowerViscous))];
+    c = std::max(c, unfitted.friction.theta[static_cast<std::size_t>(at(kPowerViscous))]);
+    friction.theta[static_cast<std::size_t>(at(kExponent))] = 1;
+    if (at(kViscous) >= 0)
+      c += std::exchange(friction.theta[static_cast<std::size_t>(at(kViscous))], 0);
     any = true;
-    if (p.info.role == kPowerViscous || p.info.role == kExponent || p.info.role == kViscous)
-      friction.theta[i] = unfitted.friction.theta[i];
   }
   for (const Limit& limit : sum_limits(fitted)) {
     double& value = friction.theta[limit.parameter];
