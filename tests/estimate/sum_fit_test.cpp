@@ -368,6 +368,21 @@ TEST(SumFit, HasNoMemoryWhereTheTruthHasNone) {
   }
 }
 
+// Eight seconds held out are no proof in one joint; all three say the same.
+TEST(SumFit, HasAStribeckTorqueOnAShortLogByAllJointsTogether) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, sigma0, Fv, then Ts, vs, v0
+    theta.push_back({6 * size, 3000 * size, 2 * size, 2 * size, 0.15, 0.01});
+  const Prepared prepared =
+      noisy_logs(arm_with({{{"dahl", 0, {}}, {"stribeck_peak", 0, {}}}}, theta), 20);
+  JointFits fits(prepared, logs().windows, 2);
+  ASSERT_TRUE(fits.is_short());
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
+  EXPECT_GE(std::ranges::count(parts, true, &friction::LvmParts::stribeck), 2);
+}
+
 // Until a slow wave is found nothing shows that viscous friction is under it too.
 TEST(SumFit, PutsViscousFrictionUnderASlowWave) {
   std::vector<std::vector<double>> theta;
