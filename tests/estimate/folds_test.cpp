@@ -186,6 +186,14 @@ TEST(Choose, RolloutsOfALawThatLeavesTheTorqueDoNotCount) {
   EXPECT_EQ(choose(std::vector{chance, departed}), 1u);
 }
 
+// A torque of no use for rollouts is no measure for that of others.
+TEST(Choose, TheTorqueOfALawWithoutRolloutsDoesNotCount) {
+  const Candidate sum = candidate({-4, -5, -5}, -3, 1), law = candidate({-9, -11, -10}, -8, 9),
+                  linear = candidate({-7.5, -9.5, -8.5}, -6.5, 4);
+  EXPECT_EQ(choose(std::vector{sum, law, linear}), 1u);
+  EXPECT_EQ(eligible(std::vector{sum, law}), (std::vector{false, true}));
+}
+
 TEST(Choose, TheTorqueDecidesWhereThereIsOneRollout) {
   Candidate best = candidate({-10}, -8, 2), other = candidate({-7}, -7, 0.05);
   for (Candidate* one : {&best, &other}) one->rollouts.whole.pop_back();

@@ -30,8 +30,8 @@ void seed_ripples(const JointFrictionData& data, const friction::RobotFriction& 
     const double fewest = i == first && !slow ? kFewestRipples : kFewestOfFurther;
     const RippleTerm term = data.strongest_ripple(
         friction, theta, {fewest, step, static_cast<int>((kMostRipples - fewest) / step) + 1});
-    const double values[] = {term.n, term.A, term.phi};
-    for (std::size_t k = 0; k < 3; ++k) {
+    const double values[kRippleSize] = {term.n, term.A, term.phi};
+    for (std::size_t k = 0; k < kRippleSize; ++k) {
       const friction::ParameterInfo& info = friction.parameters()[i + k].info;
       theta[i + k] = std::clamp(values[k], info.lower, info.upper);
     }

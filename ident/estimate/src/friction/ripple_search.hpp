@@ -10,6 +10,7 @@ namespace fricid::estimate {
 
 /// Where theta has the terms of a ripple: wave number, amplitude, phase one behind the other.
 std::vector<std::size_t> ripple_terms(const friction::RobotFriction& friction);
+inline constexpr std::size_t kRippleSize = 3;
 constexpr std::size_t ripple_amplitude(std::size_t term) { return term + 1; }
 
 /// The torque of a ripple is periodic in its order n: a descent finds no n that is more than a

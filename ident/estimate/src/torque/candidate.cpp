@@ -47,6 +47,7 @@ constexpr double kChance = 3;     // below this factor are taken for chance
 constexpr double kTie = 1.03, kTieOfFew = 1.06;  // the latter of laws, where rollouts are few
 // Rollouts that few samples of the torque agree with are good by chance.
 constexpr double kMostTorque = 4;  // of the least held-out torque error
+constexpr double kNoRollout = 30;  // times the best rollout error [rad^2]: such torque says nothing
 
 bool few_rollouts(const Candidate& candidate) {
   return std::ssize(candidate.rollouts.seconds) < kFewRollouts;
@@ -63,8 +64,9 @@ std::ptrdiff_t fallen(const Candidate& candidate) {
 
 /// Whether a candidate explains the held-out torque as others do.
 std::vector<bool> explains(std::span<const Candidate> candidates) {
-  const auto error = [](const Candidate& candidate) {
-    return std::pair(!std::isfinite(candidate.held_out), candidate.torque);
+  const double best = std::ranges::min_element(candidates, {}, &Candidate::held_out)->held_out;
+  const auto error = [best](const Candidate& candidate) {
+    return std::pair(!(candidate.held_out <= kNoRollout * best), candidate.torque);
   };
   const double least = std::ranges::min_element(candidates, {}, error)->torque;
   std::vector<bool> out;

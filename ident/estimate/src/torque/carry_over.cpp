@@ -1,10 +1,12 @@
 #include "fricid/estimate/torque/carry_over.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/stribeck_peak.hpp"
+#include "friction/ripple_search.hpp"
 
 namespace fricid::estimate {
 namespace {
@@ -149,6 +151,22 @@ std::optional<Arm> with_curves_in_memories(Arm arm) {
       curves->Fs = std::max(curves->Fs, kRisen * curves->Fc);
     }
   return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
+}
+
+Arm with_strongest_waves_first(Arm arm) {
+  std::vector<double>& theta = arm.friction.theta;
+  const std::vector<std::size_t> terms = ripple_terms(arm.friction.model);
+  const auto joint_of = [&](std::size_t term) {
+    return arm.friction.model.parameters()[term].joint;
+  };
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    for (std::size_t k = i; k > 0 && joint_of(terms[k]) == joint_of(terms[k - 1]) &&
+                            std::abs(theta[ripple_amplitude(terms[k])]) >
+                                std::abs(theta[ripple_amplitude(terms[k - 1])]);
+         --k)
+      std::ranges::swap_ranges(std::span(theta).subspan(terms[k], kRippleSize),
+                               std::span(theta).subspan(terms[k - 1], kRippleSize));
+  return arm;
 }
 
 Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first) {

@@ -199,8 +199,9 @@ Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::Robot
 
 /// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; all linear
 /// viscous friction in the power law, where a first fit ends with c at zero, which leaves p without
-/// a gradient; gaps that closed open; and speeds that ended at a limit of the lvm beyond it.
-/// Nothing where the laws have none of these.
+/// a gradient; gaps that closed open; speeds that ended at a limit of the lvm beyond it; and
+/// Stribeck curves narrower or wider, since a soft bristle hides them. Nothing where the laws have
+/// none of these.
 std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
   constexpr double kAtLimit = 1.01, kBeyond = 4;
   constexpr double kOpenGap = 3e-4;  // half of it [rad]
@@ -227,10 +228,12 @@ std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
   for (const Limit& limit : sum_limits(fitted)) {
     double& value = friction.theta[limit.parameter];
     const friction::ParameterInfo& info = friction.model.parameters()[limit.parameter].info;
-    const bool is_speed = info.role == kStribeckVelocity || info.role == kSmoothingSpeed;
+    const bool is_curve = info.role == kStribeckVelocity,
+               is_speed = is_curve || info.role == kSmoothingSpeed;
     const bool low = value<kAtLimit * limit.lower, high = kAtLimit * value> limit.upper;
-    if (!is_speed || limit.lower == limit.upper || !(low || high)) continue;
-    value = std::clamp(high ? kBeyond * value : value / kBeyond, info.lower, info.upper);
+    if (!is_speed || limit.lower == limit.upper || !(low || high || is_curve)) continue;
+    const bool up = high || (!low && value < info.typical);
+    value = std::clamp(up ? kBeyond * value : value / kBeyond, info.lower, info.upper);
     any = true;
   }
   for (int j = 0; j < fits.n(); ++j)

@@ -20,6 +20,7 @@ constexpr double kClearGain = 0.25, kClearErrors = 3;  // of all joints on a sho
 // Of a part whose held-out gain is within its standard error: on the training rows. Chance gains
 // parameters over independent rows, some thousandths.
 constexpr double kTrainingGain = 0.2;
+constexpr double kIdle = 1e-4;      // rise of the mean square without what says nothing
 constexpr double kFarBetter = 0.1;  // held-out mean square without a part of a fit that was stuck
 
 }  // namespace
@@ -31,6 +32,11 @@ bool explains_enough(const PartEvidence& part) {
 
 Arm FittedParts::fitted(JointFits::Rows rows) const {
   return fits_->on_torque(from_fitted(parts_), rows, WaveSearch::kNone).arm;
+}
+
+void FittedParts::take_all_rows() {
+  fitted_ = fitted(JointFits::Rows::kAll);
+  leave_out_idle();
 }
 
 Arm FittedParts::start_with(Parts parts) {
@@ -106,7 +112,7 @@ bool FittedParts::take_together(std::initializer_list<SumPart> tried, const Part
   return true;
 }
 
-void FittedParts::leave_out(SumPart part) {
+void FittedParts::leave_out(SumPart part, const std::function<bool(const PartEvidence&)>& earns) {
   Parts rest = parts_;
   for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
   if (rest == parts_) return;
@@ -130,7 +136,7 @@ void FittedParts::leave_out(SumPart part) {
     PartEvidence found = fits_->compare(fitted_, without, j, part);
     const bool undecided = std::abs(found.gain) < found.error;
     const double rise = fits_->residual_rms(without, j) / fits_->residual_rms(fitted_, j);
-    found.on = found.on || (undecided && rise * rise - 1 > kTrainingGain);
+    found.on = earns(found) || (undecided && rise * rise - 1 > kTrainingGain);
     note(found);
     if (!found.on) parts_[i] = rest[i];
   }
@@ -138,6 +144,30 @@ void FittedParts::leave_out(SumPart part) {
     fitted_ = without;
   else if (parts_ != before)
     fitted_ = fit(from_fitted(parts_));
+}
+
+void FittedParts::leave_out_idle() {
+  using enum SumPart;
+  fitted_ = with_strongest_waves_first(fitted_);
+  for (const SumPart part : {kFurtherModifiers, kLoadedStribeck, kStribeck, kCable, kPowerFlow,
+                             kLoadedViscous, kInnerViscous, kViscous, kThirdRipple, kSecondRipple,
+                             kRipple, kLoad, kAsymmetry, kTemperature, kBacklash}) {
+    Parts rest = parts_;
+    for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
+    if (rest == parts_) continue;
+    const Arm without = from_fitted(rest);
+    for (int j = 0; j < fits_->n(); ++j) {
+      const auto i = static_cast<std::size_t>(j);
+      if (parts_[i] == rest[i]) continue;
+      PartEvidence found = fits_->compare(fitted_, without, j, part);
+      const double rise = fits_->residual_rms(without, j) / fits_->residual_rms(fitted_, j);
+      if (std::abs(found.gain) > kIdle || std::abs(rise - 1) > kIdle) continue;
+      found.on = false;
+      note(found);
+      parts_[i] = rest[i];
+    }
+    fitted_ = from_fitted(parts_);
+  }
 }
 
 bool FittedParts::is_clear(const Arm& with, SumPart part) const {

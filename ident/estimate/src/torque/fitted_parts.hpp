@@ -27,6 +27,8 @@ class FittedParts {
   const Arm& fitted() const { return fitted_; }
   /// With these parts, from there, to other rows.
   Arm fitted(JointFits::Rows rows) const;
+  /// From now on fitted to all rows, without the parts that say nothing there.
+  void take_all_rows();
 
  protected:
   explicit FittedParts(JointFits& fits) : fits_(&fits) {}
@@ -53,7 +55,11 @@ class FittedParts {
                      const Arm& both, const std::function<bool(const PartEvidence&)>& earns);
   /// A joint keeps the part where a fit in which no joint has it is worse: on held-out rows or,
   /// where these do not tell, on those it was fitted to.
-  void leave_out(friction::SumPart part);
+  void leave_out(friction::SumPart part,
+                 const std::function<bool(const PartEvidence&)>& earns = explains);
+  /// Parts go without which the torque is what it is, a wave without amplitude or a load without
+  /// growth: what they gained was of another fit.
+  void leave_out_idle();
   /// Whether all joints together show what `with` has, clearly.
   bool is_clear(const Arm& with, friction::SumPart part) const;
   /// What a part of `with` has to gain in a joint. A few seconds of one joint are no proof, those

@@ -73,6 +73,12 @@ class SumChoice : public FittedParts {
 
   /// What else may be in a joint, and what says nothing.
   void complete() {
+    search();
+    leave_out_idle();
+  }
+
+ private:
+  void search() {
     try_gear_loads();
     try_memories();
     try_gaps();
@@ -101,7 +107,6 @@ class SumChoice : public FittedParts {
     leave_out_parts();
   }
 
- private:
   /// What the gear hands on as load, where there is one, instead of the motor's torque. The gears
   /// of an arm are of one kind: where one shows it and they gain together, the others need no
   /// proof.
@@ -326,6 +331,9 @@ class SumChoice : public FittedParts {
   /// What says nothing beside the others goes, one part after the other: of two that stand for each
   /// other one stays.
   void leave_out_parts() {
+    fitted_ = with_strongest_waves_first(fitted_);
+    for (const SumPart part : {SumPart::kThirdRipple, SumPart::kSecondRipple})
+      leave_out(part, explains_enough);
     for (const SumPart part :
          {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry, SumPart::kTemperature,
           SumPart::kRipple, SumPart::kStribeck, SumPart::kBacklash, SumPart::kViscous})
@@ -379,7 +387,7 @@ SumChoice better_choice(JointFits& fits, const Arm& from) {
 Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmParts>& parts,
                   std::vector<PartEvidence>& evidence) {
   const auto begin = std::chrono::steady_clock::now();
-  const SumChoice taken = better_choice(fits, from);
+  SumChoice taken = better_choice(fits, from);
   fits.take_springs_of(taken.fitted());
   if (const std::optional<ArmPrior>& prior = fits.prior()) {
     const auto like = [&](JointFits::Rows rows) {
@@ -390,9 +398,10 @@ Candidate fit_sum(JointFits& fits, const Arm& from, std::vector<friction::LvmPar
                          fits.held_out_torque(taken.fitted(JointFits::Rows::kTraining))))
       return fits.judged("like the prior", like(JointFits::Rows::kAll), seconds_since(begin));
   }
+  taken.take_all_rows();
   parts = taken.parts();
   evidence = taken.evidence();
-  return fits.judged("sum", taken.fitted(JointFits::Rows::kAll), seconds_since(begin));
+  return fits.judged("sum", taken.fitted(), seconds_since(begin));
 }
 
 }  // namespace fricid::estimate

@@ -39,8 +39,8 @@ bool has_networks(const Arm& arm);
 /// Which candidates' held-out rollouts fell no more often than those of the best, and are no worse
 /// by more than a standard error; where rollouts of a second are fewer than ten, by more than a
 /// factor of three, and one fall of a rollout of full length does not count. A candidate whose
-/// held-out torque error is four times the least of all has good rollouts by chance: it is neither,
-/// unless all others fall more often.
+/// held-out torque error is four times the least of those with rollouts within thirty times the
+/// best has good rollouts by chance: it is neither, unless all others fall more often.
 std::vector<bool> eligible(std::span<const Candidate> candidates);
 /// Of those the one with fewest parameters among the least held-out torque error and what is within
 /// 3 % of it; of as many, the one with the best rollouts. Where rollouts are so few, one of the

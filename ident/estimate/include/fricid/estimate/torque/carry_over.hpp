@@ -45,6 +45,9 @@ Arm with_load_growth(const Arm& from, Arm to);
 /// it.
 Arm with_viscous_friction(const Arm& from, Arm to);
 
+/// The waves over the joint angle of each joint of `lvm_sum` in the order of their amplitudes.
+Arm with_strongest_waves_first(Arm arm);
+
 /// The friction of each joint from one arm of several, and the rigid body of `first`.
 Arm joined(const std::vector<const Arm*>& of_joint, const Arm& first);
 
