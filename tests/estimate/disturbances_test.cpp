@@ -51,6 +51,19 @@ TEST(Disturbances, TheBeginningOfALogIsNone) {
     EXPECT_FALSE(fit(arm.robot, {pushed(noisy_log(arm), 0.05, 8, seconds)}, "lugre").disturbances);
 }
 
+// Two that fill more than half of a log are no events.
+TEST(Disturbances, WhatFillsALogIsNone) {
+  const Arm arm = lugre_arm();
+  const data::Dataset log = noisy_log(arm);
+  const double end = log.t[log.length() - 1];
+  const auto found = [&](double share) {
+    const data::Dataset once = pushed(log, 0.1 * end, 20, share * end);
+    return fit(arm.robot, {pushed(once, 0.55 * end, 20, share * end)}, "lugre").disturbances;
+  };
+  EXPECT_TRUE(found(0.03));
+  EXPECT_FALSE(found(0.35));
+}
+
 // Of a joint that reverses a few times, one unlike the others says nothing.
 TEST(Disturbances, AFewReversalsTellNone) {
   const Arm arm = lugre_arm();

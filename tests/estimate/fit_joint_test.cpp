@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <numbers>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/fit_file.hpp"
@@ -151,6 +152,42 @@ TEST(FitModel, LawsOfOnesOwnFindAStribeckCurveBehindASoftBristle) {
     EXPECT_NEAR(parameter(arm, j, "lugre", "vs"), 0.05, 0.02) << j;
     EXPECT_NEAR(parameter(arm, j, "lugre", "Fs") / parameter(arm, j, "lugre", "Fc"), 1.2, 0.1) << j;
   }
+}
+
+// A curve of .02 rad/s that falls towards rest stands for a smoothing speed of .05 at first.
+TEST(FitModel, LawsOfOnesOwnFindASmoothWideStribeckCurve) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0
+    theta.push_back({7 * size, 10.5 * size, 0.4, 2 * size, 0.05});
+  const Prepared prepared = noisy_logs(arm_with({{{"stribeck", 0, {}}}}, theta), 60);
+  const Arm arm =
+      fitted_arm(prepared, laws_of_ones_own({{.law = "stribeck", .elements = 4, .modifiers = {}}}));
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_NEAR(parameter(arm, j, "stribeck", "vs"), 0.4, 0.02) << j;
+    EXPECT_NEAR(parameter(arm, j, "stribeck", "v0"), 0.05, 0.005) << j;
+  }
+}
+
+// A phase begins anew at pi, and the exponent of a torque that is absent says nothing.
+TEST(FitModel, PhasesAndIdleExponentsAreOnNoBound) {
+  const ModelOptions config =
+      laws_of_ones_own({{.law = "dahl", .elements = 4, .modifiers = {"ripple"}},
+                        {.law = "viscous_power", .elements = 4, .modifiers = {}}});
+  ConventionalFits conventional(logs().prepared);
+  FitReport report = fit_model(conventional, config, 1, 2);
+  friction::Friction& friction = report.model.arm.friction;
+  const auto value = [&](std::string_view owner, std::string_view symbol) -> double& {
+    return friction.theta[static_cast<std::size_t>(
+        friction::find_parameter(friction.model, 0, owner, symbol))];
+  };
+  const auto at_bound = [&] { return fit_file(report).joints[0].at_bound; };
+  report.errors.root.setOnes();
+  value("ripple", "phi1") = std::numbers::pi;
+  value("viscous_power", "p") = 2;
+  value("viscous_power", "c") = 1e-3;
+  EXPECT_EQ(at_bound(), std::vector<std::string>());
+  value("viscous_power", "c") = 1;
+  EXPECT_EQ(at_bound(), std::vector<std::string>{"p"});
 }
 
 // A prior of another arm of the same joints, laws and friction five times as high, moves nothing.

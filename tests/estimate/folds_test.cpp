@@ -186,6 +186,17 @@ TEST(Choose, RolloutsOfALawThatLeavesTheTorqueDoNotCount) {
   EXPECT_EQ(choose(std::vector{chance, departed}), 1u);
 }
 
+// Networks need not roll better than a law that leaves four times their torque.
+TEST(Choose, SomeExplainFarMore) {
+  const Candidate law = dozen({-9, -11, -10, -10}, -8, 9),
+                  net = dozen({-9.2, -10.8, -10, -10}, -8, 1);
+  EXPECT_TRUE(explains_far_more(net, law));
+  EXPECT_FALSE(explains_far_more(law, net));
+  EXPECT_FALSE(explains_far_more(dozen({-7, -9, -8, -8}, -6, 1), law));
+  EXPECT_FALSE(explains_far_more(dozen({-9.2, -10.8, -10, -10}, -8, 3), law));
+  EXPECT_FALSE(explains_far_more(dozen({-9.2, -12.8, -12, 0}, -8, 1), law));  // fell
+}
+
 // A torque of no use for rollouts is no measure for that of others.
 TEST(Choose, TheTorqueOfALawWithoutRolloutsDoesNotCount) {
   const Candidate sum = candidate({-4, -5, -5}, -3, 1), law = candidate({-9, -11, -10}, -8, 9),

@@ -298,6 +298,27 @@ TEST(SumFit, LacksThePartsThatTheTruthLacks) {
   EXPECT_LE(parts, 13);  // of 27
 }
 
+// One spring of .7 mrad, and two of .3 and 30 mrad: the filters of motion and torque round the
+// corners, which eight springs imitate.
+TEST(SumFit, HasAsManySpringsAsTheTruth) {
+  std::vector<std::vector<double>> one, two;
+  for (const double size : {1.0, 0.8, 0.5}) {
+    one.push_back({7 * size, 3 * size, 1e4 * size, 1});  // Fc, Fv, k, alpha
+    two.push_back({7 * size, 3 * size, 1e4 * size, 0.5, 100 * size, 0.5});
+  }
+  const auto springs = [](int elements, const std::vector<std::vector<double>>& theta) {
+    int found = 0;
+    for (const friction::LvmParts& of_joint :
+         parts_found({{{"prandtl_ishlinskii", elements, {}}}}, theta)) {
+      EXPECT_EQ(of_joint.memory, friction::Memory::kBank);
+      found += of_joint.elements;
+    }
+    return found;
+  };
+  EXPECT_LE(springs(1, one), 4);  // in three joints
+  EXPECT_EQ(springs(2, two), 6);
+}
+
 // A part may have gained in a trial what the fit that is taken has no need of.
 TEST(SumFit, LacksPartsWithoutEffect) {
   std::vector<std::vector<double>> theta;
@@ -399,6 +420,23 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
   for (const auto& p : sum.arm.friction.model.parameters()) {
     if (p.joint != 2 || p.info.role != friction::Role::kAmplitude) continue;
     EXPECT_LT(parameter(sum.arm, 2, "ripple", p.symbol), 3e-3);  // logs without noise show all
+  }
+}
+
+// A falling Stribeck curve behind a gap: without one that begins open the fit stays in a bank.
+TEST(SumFit, FindsLuGreBehindGaps) {
+  std::vector<std::vector<double>> theta;
+  for (const double Fc : {7.0, 5.0, 3.0})  // Fc, Fs, vs, sigma0, sigma1, sigma2, b
+    theta.push_back({Fc, 1.2 * Fc, 0.04, 900 * Fc, 2 * Fc, 0.4 * Fc, 5e-4});
+  const Prepared prepared = noisy_logs(arm_with({{{"lugre", 0, {{"backlash", 1}}}}}, theta), 60);
+  JointFits fits(prepared, logs().windows, 2);
+  std::vector<friction::LvmParts> parts;
+  std::vector<PartEvidence> evidence;
+  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
+  for (int j = 0; j < 3; ++j) {
+    const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
+    ASSERT_TRUE(of_joint.backlash && of_joint.memory == friction::Memory::kBristle) << j;
+    EXPECT_NEAR(parameter(sum.arm, j, "backlash", "b"), 5e-4, 5e-5) << j;
   }
 }
 

@@ -23,6 +23,8 @@ void expect_start(const Start& start, int trajectory, int begin, int steps) {
 TEST(HorizonSteps, CountsSamplesAfterTheStart) {
   EXPECT_EQ(horizon_steps(0.1, 0.004, 1000), 25);
   EXPECT_EQ(horizon_steps(0, 0.004, 1000), 999);
+  EXPECT_EQ(horizon_steps(4, 0.004, 1000), 999);  // a log of 4 s ends a sample before
+  EXPECT_EQ(horizon_steps(5, 0.004, 1000), 1250);
 }
 
 TEST(PlanStarts, FullLengthFromTheFirstSampleAndLaterStartsToTheEnd) {

@@ -26,7 +26,7 @@ constexpr double kWorth = 0.05;  // of the joint's torque, root mean square
 constexpr int kFewestReversals = 10;
 constexpr double kBegin = 0.5;    // [s] of a recording, whose springs are bent nobody knows how
 constexpr double kRest = 0.3;     // [s]
-constexpr double kLongest = 0.5;  // of a recording: longer is no event, but another motion
+constexpr double kLongest = 0.5;  // of a recording: more is no event, but another motion
 
 /// Mean of the residual of a joint about a time.
 struct Mean {
@@ -121,8 +121,10 @@ std::optional<Disturbances> find_disturbances(const dynamics::RobotModel& robot,
       if (times < kBeyond || events[e - 1].size < worth) continue;
       const std::span<const Mean> large(events.data(), e);
       const auto is_long = [&](const Mean& event) {
-        const int length = recordings[event.recording].length();
-        return event.run.last - event.run.first > kLongest * length;
+        int together = 0;
+        for (const Mean& other : large)
+          if (other.recording == event.recording) together += other.run.last - other.run.first;
+        return together > kLongest * recordings[event.recording].length();
       };
       const auto is_of_the_start = [&](const Mean& event) {
         return event.run.first <= std::lround(kBegin / recordings[event.recording].dt);

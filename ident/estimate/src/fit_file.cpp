@@ -13,6 +13,8 @@
 namespace fricid::estimate {
 namespace {
 
+constexpr double kAbsent = 0.01;  // viscous torque at 1 rad/s over Coulomb friction
+
 data::FittedRigidBody rigid_body_of(const RigidBodyFit& fit, const dynamics::RobotModel& robot) {
   data::FittedRigidBody body{
       .outcome = fit.outcome,
@@ -85,9 +87,23 @@ data::FittedJoint joint_of(const FitReport& report, std::size_t j) {
   return joint;
 }
 
-/// Whether a value is on a bound of the table that is not zero: at zero a term is absent.
-bool on_bound(const friction::ParameterInfo& info, double value) {
-  return value == info.upper || (value == info.lower && value != 0);
+/// Whether a parameter is on a bound of the table that is not zero: at zero a term is absent. No
+/// bound is that of a phase, where its values begin anew, and of the exponent of a torque that is
+/// absent.
+bool on_bound(const friction::Friction& friction, int parameter) {
+  const friction::ParameterRef& p =
+      friction.model.parameters()[static_cast<std::size_t>(parameter)];
+  const double value = friction.theta[static_cast<std::size_t>(parameter)];
+  if (p.info.role == friction::Role::kPhase) return false;
+  if (p.info.role == friction::Role::kExponent) {
+    const auto size = [&](friction::Role role) {
+      const int found = friction::find_parameter(friction.model, p.joint, role);
+      return found < 0 ? 0 : friction.theta[static_cast<std::size_t>(found)];
+    };
+    if (size(friction::Role::kPowerViscous) < kAbsent * size(friction::Role::kCoulomb))
+      return false;
+  }
+  return value == p.info.upper || (value == p.info.lower && value != 0);
 }
 
 /// Friction of a joint that was fitted together with the rigid body. A parameter without an error
@@ -126,7 +142,7 @@ data::FittedJoint jointly_fitted(const FitReport& report, std::size_t j) {
     joint.parameters.push_back({parameter.symbol, friction.theta[p], error[i] > 0 ? error[i] : kNan,
                                 error[i] > 0 ? std::optional(of_motion[i]) : std::nullopt});
     if (error[i] > 0 &&
-        (on_bound(parameter.info, friction.theta[p]) || std::ranges::count(slowest, p) > 0))
+        (on_bound(friction, begin + static_cast<int>(i)) || std::ranges::count(slowest, p) > 0))
       joint.at_bound.push_back(parameter.symbol);
     for (Eigen::Index k = 0; k < size; ++k)
       if (error[i] > 0 && error[k] > 0)

@@ -34,7 +34,9 @@ RowMatrix held_torque(const data::Dataset& dataset) {
 }
 
 int horizon_steps(double horizon_s, double dt, int T) {
-  return horizon_s == 0 ? T - 1 : static_cast<int>(std::lround(horizon_s / dt));
+  constexpr double kRounded = 1.01;
+  const int last = T - 1, steps = static_cast<int>(std::lround(horizon_s / dt));
+  return horizon_s == 0 || (steps > last && steps <= kRounded * last) ? last : steps;
 }
 
 std::vector<Start> plan_starts(std::span<const Trajectory> trajectories,

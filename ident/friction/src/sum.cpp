@@ -5,6 +5,19 @@
 
 namespace fricid::friction {
 
+namespace {
+
+void set_springs(LvmParts& parts, int springs, bool on) {
+  if (on) parts.memory = Memory::kBank;
+  if (parts.memory != Memory::kBank) return;
+  if (on)
+    parts.elements = std::max(parts.elements, springs);
+  else if (parts.elements <= springs)
+    parts.elements = std::min(parts.elements, springs / 2);
+}
+
+}  // namespace
+
 JointSpec lvm_sum(const LvmParts& parts) {
   const auto warm_and_directed = [&](LawSpec law) {
     if (parts.temperature) law.modifiers.push_back({"temperature", 1});
@@ -93,6 +106,12 @@ bool has(LvmParts parts, SumPart part) {
 
 void set(LvmParts& parts, SumPart part, bool on) {
   switch (part) {
+    case SumPart::kTwoSprings:
+      return set_springs(parts, 2, on);
+    case SumPart::kFourSprings:
+      return set_springs(parts, 4, on);
+    case SumPart::kEightSprings:
+      return set_springs(parts, 8, on);
     case SumPart::kBristle:
     case SumPart::kMemoryless: {
       const Memory memory = part == SumPart::kBristle ? Memory::kBristle : Memory::kNone;

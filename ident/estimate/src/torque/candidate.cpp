@@ -111,6 +111,11 @@ std::vector<bool> eligible(std::span<const Candidate> candidates) {
   return all;
 }
 
+bool explains_far_more(const Candidate& a, const Candidate& b) {
+  const Difference worse = between(a.rollouts, b.rollouts);
+  return kMostTorque * a.torque < b.torque && fallen(a) <= fallen(b) && worse.mean <= worse.error;
+}
+
 namespace {
 
 /// Of some candidates the one with fewest parameters among the least held-out torque error and what

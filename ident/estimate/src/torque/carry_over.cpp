@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "fricid/friction/laws/gms.hpp"
+#include "fricid/friction/laws/load_dependent.hpp"
 #include "fricid/friction/laws/maxwell_slip.hpp"
 #include "fricid/friction/laws/stribeck_peak.hpp"
 #include "friction/ripple_search.hpp"
@@ -15,6 +20,7 @@ namespace {
 // at a start, and what it is where it says nothing.
 constexpr double kNarrower = 0.3, kWide = 0.5;  // vs over that of the other
 constexpr double kDead = 1.05, kRisen = 1.2;    // Fs over Fc
+constexpr double kSmoother = 4;                 // vs and v0 of a start over those of a first one
 
 /// Index in theta of the growth of the memory's friction with load, whatever the load is; -1: there
 /// is none.
@@ -24,6 +30,46 @@ int load_growth(const friction::RobotFriction& model, int j) {
         mu >= 0 && model.parameters()[static_cast<std::size_t>(mu)].law == 0)
       return mu;
   return -1;
+}
+
+/// A spring of a bank: its share of the force, its stiffness, and where they are in theta.
+struct BankSpring {
+  double alpha, k;
+  std::size_t at_alpha, at_k;
+  double length() const { return alpha / k; }  // over the force of the bank
+};
+std::vector<BankSpring> bank_of(const friction::Friction& friction, int joint) {
+  std::vector<BankSpring> springs;
+  const auto find = [&](const char* symbol) {
+    return friction::find_parameter(friction.model, joint, friction::Gms::kName,
+                                    fmt::format("{}{}", symbol, springs.size() + 1));
+  };
+  for (int k = find("k"); k >= 0; k = find("k")) {
+    const auto at_k = static_cast<std::size_t>(k),
+               at_alpha = static_cast<std::size_t>(find("alpha"));
+    springs.push_back({friction.theta[at_alpha], friction.theta[at_k], at_alpha, at_k});
+  }
+  return springs;
+}
+
+/// Springs in the order of their lengths, of which neighbours are joined until so many are left:
+/// always the two that change the curve of force over travel least (Ward's criterion on the
+/// logarithm of the length, weighed by force).
+std::vector<BankSpring> joined_springs(std::vector<BankSpring> springs, std::size_t left) {
+  std::ranges::sort(springs, {}, &BankSpring::length);
+  while (springs.size() > left) {
+    const auto cost = [&](std::size_t i) {
+      const BankSpring &a = springs[i], &b = springs[i + 1];
+      const double ratio = std::log(b.length() / a.length());
+      return a.alpha * b.alpha / (a.alpha + b.alpha) * ratio * ratio;
+    };
+    const auto pairs = std::views::iota(std::size_t{0}, springs.size() - 1);
+    const std::size_t least = *std::ranges::min_element(pairs, {}, cost);
+    springs[least].alpha += springs[least + 1].alpha;
+    springs[least].k += springs[least + 1].k;
+    springs.erase(springs.begin() + static_cast<std::ptrdiff_t>(least) + 1);
+  }
+  return springs;
 }
 
 /// Parameter `wanted` of `to` becomes `given` of `from`; -1: there is none.
@@ -116,9 +162,52 @@ Arm with_curves_without_memory(const Arm& from, Arm to) {
   return carried;
 }
 
+Arm with_springs_joined(const Arm& from, Arm to) {
+  for (int j = 0; j < to.robot.n(); ++j) {
+    const std::vector<BankSpring> wanted = bank_of(to.friction, j),
+                                  given = bank_of(from.friction, j);
+    if (wanted.size() >= given.size() || wanted.empty()) continue;
+    const std::vector<BankSpring> joined = joined_springs(given, wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      to.friction.theta[wanted[i].at_alpha] = joined[i].alpha;
+      to.friction.theta[wanted[i].at_k] = joined[i].k;
+    }
+  }
+  return to;
+}
+
 Arm with_load_growth(const Arm& from, Arm to) {
   for (int j = 0; j < to.robot.n(); ++j)
     take_over(from, load_growth(from.friction.model, j), to, load_growth(to.friction.model, j));
+  return to;
+}
+
+Arm with_parts_handed_over(const Arm& from, Arm to) {
+  constexpr double kLinear = 0.1;  // p from 1
+  for (int j = 0; j < to.robot.n(); ++j) {
+    const auto find = [j](const Arm& arm, std::string_view law, std::string_view symbol) {
+      return friction::find_parameter(arm.friction.model, j, law, symbol);
+    };
+    const auto value = [](auto& arm, int p) -> auto& {
+      return arm.friction.theta[static_cast<std::size_t>(p)];
+    };
+    const int motor = find(from, friction::LoadDependent::kName, "mu_m"),
+              mu = load_growth(to.friction.model, j);
+    if (motor >= 0 && mu >= 0 && find(to, friction::LoadDependent::kName, "mu_m") < 0) {
+      const int back = find(from, friction::LoadDependent::kName, "mu_b"),
+                Fc = find_parameter(to.friction.model, j, friction::Role::kCoulomb);
+      const friction::ParameterInfo& info =
+          to.friction.model.parameters()[static_cast<std::size_t>(mu)].info;
+      const double mean = (value(from, motor) + value(from, back)) / 2;
+      value(to, mu) = std::clamp(value(to, mu) + mean / value(to, Fc), info.lower, info.upper);
+    }
+    const int Fv = find(from, "viscous", "Fv"), p = find(to, "viscous_power", "p");
+    if (Fv >= 0 && p >= 0 && find(to, "viscous", "Fv") < 0 &&
+        std::abs(value(to, p) - 1) < kLinear) {
+      value(to, find(to, "viscous_power", "c")) += value(from, Fv);
+      value(to, p) = 1;
+    }
+  }
   return to;
 }
 
@@ -127,6 +216,31 @@ Arm with_viscous_friction(const Arm& from, Arm to) {
     take_over(from, linear_viscous(from.friction.model, j), to,
               linear_viscous(to.friction.model, j));
   return to;
+}
+
+std::optional<Arm> with_rising_curves(Arm arm, const Arm& unfitted) {
+  using enum friction::Role;
+  bool any = false;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const auto at = [&](friction::Role role) {
+      const int p = find_parameter(arm.friction.model, j, role);
+      const bool is_first =
+          p >= 0 && arm.friction.model.parameters()[static_cast<std::size_t>(p)].law == 0;
+      return is_first ? p : -1;
+    };
+    const int Fc = at(kCoulomb), Fs = at(kStatic), vs = at(kStribeckVelocity),
+              v0 = at(kSmoothingSpeed);
+    if (Fc < 0 || Fs < 0 || vs < 0 || v0 < 0) continue;
+    const auto value = [&](int p) -> double& {
+      return arm.friction.theta[static_cast<std::size_t>(p)];
+    };
+    if (value(Fs) >= value(Fc)) continue;
+    any = true;
+    value(Fs) = kRisen * value(Fc);
+    value(vs) = kSmoother * unfitted.friction.theta[static_cast<std::size_t>(vs)];
+    value(v0) *= kSmoother;
+  }
+  return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
 }
 
 Arm with_stribeck_beside(Arm arm) {
@@ -151,6 +265,17 @@ std::optional<Arm> with_curves_in_memories(Arm arm) {
       curves->Fs = std::max(curves->Fs, kRisen * curves->Fc);
     }
   return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
+}
+
+Arm with_open_gaps(Arm arm, double half) {
+  for (int j = 0; j < arm.robot.n(); ++j)
+    if (const int b = friction::find_parameter(arm.friction.model, j, friction::Role::kGap);
+        b >= 0) {
+      double& gap = arm.friction.theta[static_cast<std::size_t>(b)];
+      gap = std::max(gap,
+                     half * dynamics::travel_scale(arm.robot.joints[static_cast<std::size_t>(j)]));
+    }
+  return arm;
 }
 
 Arm with_strongest_waves_first(Arm arm) {

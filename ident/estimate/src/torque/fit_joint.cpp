@@ -167,6 +167,10 @@ std::vector<Candidate> of_sum(ConventionalFits& conventional, JointFits& fits, c
     Arm arm = fits.on_torque(start, JointFits::Rows::kAll, WaveSearch::kNone, kRoughGain).arm;
     if (fits.held_out_torque(arm) < kLost * found[0].torque)
       arm = fits.on_torque(arm, JointFits::Rows::kAll, WaveSearch::kNone).arm;
+    if (const std::optional<Arm> rising = with_rising_curves(arm, start)) {
+      const Arm other = fits.on_torque(*rising, JointFits::Rows::kAll, WaveSearch::kNone).arm;
+      if (fits.held_out_torque(other) < fits.held_out_torque(arm)) arm = other;
+    }
     add_rival(fits.judged(law, arm, seconds_since(begin)));
   }
   const double near = kNear * std::ranges::min_element(found, {}, &Candidate::held_out)->held_out;
@@ -197,54 +201,61 @@ Arm start_of(JointFits& fits, const ModelOptions& options, const dynamics::Robot
   return with_soft_springs(fits, fits.prior() ? without_wrong_prior(fits, start, own) : start);
 }
 
-/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; all linear
-/// viscous friction in the power law, where a first fit ends with c at zero, which leaves p without
-/// a gradient; gaps that closed open; speeds that ended at a limit of the lvm beyond it; and
-/// Stribeck curves narrower or wider, since a soft bristle hides them. Nothing where the laws have
-/// none of these.
-std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
-  constexpr double kAtLimit = 1.01, kBeyond = 4;
-  constexpr double kOpenGap = 3e-4;  // half of it [rad]
+/// All linear viscous friction in the power law: a fit that ends with c at zero leaves p without a
+/// gradient. @return whether a joint has one
+bool put_viscous_friction_in_power_laws(const Arm& unfitted, Arm& arm) {
   using enum friction::Role;
-  friction::Friction& friction = fitted.friction;
-  const Arm unfitted = fits.start(friction.model.joints());
   bool any = false;
-  for (const std::size_t term : ripple_terms(friction.model)) {
-    friction.theta[ripple_amplitude(term)] = 0;
-    any = true;
-  }
-  for (int j = 0; j < fits.n(); ++j) {
-    const auto at = [&](friction::Role role) {
-      return friction::find_parameter(friction.model, j, role);
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const auto of = [j](auto& friction, friction::Role role) {
+      const int p = friction::find_parameter(friction.model, j, role);
+      return p < 0 ? nullptr : &friction.theta[static_cast<std::size_t>(p)];
     };
-    if (at(kPowerViscous) < 0) continue;
-    double& c = friction.theta[static_cast<std::size_t>(at(kPowerViscous))];
-    c = std::max(c, unfitted.friction.theta[static_cast<std::size_t>(at(kPowerViscous))]);
-    friction.theta[static_cast<std::size_t>(at(kExponent))] = 1;
-    if (at(kViscous) >= 0)
-      c += std::exchange(friction.theta[static_cast<std::size_t>(at(kViscous))], 0);
+    double* const c = of(arm.friction, kPowerViscous);
+    if (!c) continue;
+    *c = std::max(*c, *of(unfitted.friction, kPowerViscous));
+    *of(arm.friction, kExponent) = 1;
+    if (double* const Fv = of(arm.friction, kViscous)) *c += std::exchange(*Fv, 0);
     any = true;
   }
-  for (const Limit& limit : sum_limits(fitted)) {
-    double& value = friction.theta[limit.parameter];
-    const friction::ParameterInfo& info = friction.model.parameters()[limit.parameter].info;
-    const bool is_curve = info.role == kStribeckVelocity,
-               is_speed = is_curve || info.role == kSmoothingSpeed;
+  return any;
+}
+
+/// Speeds that ended at a limit of the lvm beyond it, and Stribeck curves wider or narrower: a soft
+/// bristle hides them. @return whether any moves
+bool move_speeds(Arm& arm) {
+  constexpr double kAtLimit = 1.01, kBeyond = 4;
+  bool any = false;
+  for (const Limit& limit : sum_limits(arm)) {
+    const friction::ParameterInfo& info = arm.friction.model.parameters()[limit.parameter].info;
+    double& value = arm.friction.theta[limit.parameter];
+    const bool is_curve = info.role == friction::Role::kStribeckVelocity,
+               is_speed = is_curve || info.role == friction::Role::kSmoothingSpeed;
     const bool low = value<kAtLimit * limit.lower, high = kAtLimit * value> limit.upper;
     if (!is_speed || limit.lower == limit.upper || !(low || high || is_curve)) continue;
     const bool up = high || (!low && value < info.typical);
     value = std::clamp(up ? kBeyond * value : value / kBeyond, info.lower, info.upper);
     any = true;
   }
-  for (int j = 0; j < fits.n(); ++j)
-    if (const int b = friction::find_parameter(friction.model, j, kGap); b >= 0) {
-      double& gap = friction.theta[static_cast<std::size_t>(b)];
-      const double open =
-          kOpenGap * dynamics::travel_scale(fitted.robot.joints[static_cast<std::size_t>(j)]);
-      any = any || gap < open;
-      gap = std::max(gap, open);
-    }
-  return any ? std::optional<Arm>(std::move(fitted)) : std::nullopt;
+  return any;
+}
+
+/// Where else a fit of laws may begin: waves over the joint angle unknown, of any order; viscous
+/// friction in power laws; other speeds; and gaps that closed open. Nothing where the laws have
+/// none of these.
+std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
+  constexpr double kOpenGap = 3e-4;  // half of it [rad]
+  const Arm unfitted = fits.start(fitted.friction.model.joints());
+  const std::vector<std::size_t> waves = ripple_terms(fitted.friction.model);
+  for (const std::size_t term : waves) fitted.friction.theta[ripple_amplitude(term)] = 0;
+  const bool has_power_law = put_viscous_friction_in_power_laws(unfitted, fitted);
+  const std::optional<Arm> rising = with_rising_curves(fitted, unfitted);
+  const bool has_speeds = move_speeds(fitted);
+  if (rising) fitted = *rising;
+  const Arm open = with_open_gaps(fitted, kOpenGap);
+  const bool any =
+      !waves.empty() || has_power_law || has_speeds || open.friction.theta != fitted.friction.theta;
+  return any ? std::optional<Arm>(open) : std::nullopt;
 }
 
 /// The laws of a scene, fitted from two starts; each joint keeps the better.
@@ -299,7 +310,9 @@ std::size_t add_networks(const JointFits& fits, std::string_view label, std::siz
     found.push_back(*with);
     found.push_back(fits.on_windows(*with, label));
     const std::size_t best = found.size() - 2 + choose(std::span(found).last(2));
-    if (kNetworksGain * found[best].held_out < found[taken].held_out) taken = best;
+    if (kNetworksGain * found[best].held_out < found[taken].held_out ||
+        explains_far_more(found[best], found[taken]))
+      taken = best;
   }
   return taken;
 }

@@ -53,7 +53,7 @@ Arm FittedParts::fit(const Arm& start, WaveSearch waves, double smallest_gain) c
 
 Arm FittedParts::from_fitted(const Parts& parts) const {
   fits_->take_viscous_of(parts);
-  return carried_over(fitted_, fits_->start(parts));
+  return with_springs_joined(fitted_, carried_over(fitted_, fits_->start(parts)));
 }
 
 FittedParts::Parts FittedParts::switched(SumPart part) const {
@@ -116,9 +116,12 @@ void FittedParts::leave_out(SumPart part, const std::function<bool(const PartEvi
   Parts rest = parts_;
   for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
   if (rest == parts_) return;
-  // of two viscous torques the other makes up for the one that goes, slowly
-  const double gain = part == SumPart::kViscous ? kPartsGain : kRoughGain;
-  const Arm without = fit(from_fitted(rest), WaveSearch::kNone, gain);
+  // of two viscous torques the other makes up for the one that goes, slowly; so do springs
+  const bool is_slow = part == SumPart::kViscous || part == SumPart::kEightSprings ||
+                       part == SumPart::kFourSprings || part == SumPart::kTwoSprings;
+  const double gain = is_slow ? kPartsGain : kRoughGain;
+  const Arm without =
+      fit(with_parts_handed_over(fitted_, from_fitted(rest)), WaveSearch::kNone, gain);
   // where a joint is far better without, its fit had not found its way: from there once more
   const auto was_lost = [&](int j) {
     const PartEvidence found = fits_->compare(fitted_, without, j, part);

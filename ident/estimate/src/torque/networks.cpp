@@ -161,7 +161,8 @@ std::optional<Candidate> fit_networks(const JointFits& fits, const Arm& plain, c
   if (cheap.empty()) return std::nullopt;
   const Candidate& best = cheap[choose(cheap)];
   const Difference gain = between(trials[0].rollouts, best.rollouts);
-  if (gain.mean <= gain.error || kBetter * best.held_out >= trials[0].held_out) return std::nullopt;
+  const bool rolls_better = gain.mean > gain.error && kBetter * best.held_out < trials[0].held_out;
+  if (!rolls_better && !explains_far_more(best, trials[0])) return std::nullopt;
   const Arm arm = fits.on_torque(best.arm, kAll, WaveSearch::kNone).arm;
   return fits.judged(best.name, arm, seconds_since(begin));
 }

@@ -20,10 +20,14 @@ constexpr int kSweeps = 2;  // over the parts
 // errors.
 constexpr double kGearGain = 0.05, kGearErrors = 3;
 constexpr double kInnerGain = 0.2, kInnerErrors = 2;  // of viscous friction in the memory, likewise
-constexpr double kHopeless = -0.98;    // gain without memory: 50 times the mean square
-constexpr double kSmallestGap = 1e-5;  // [rad], below it a fit has closed the gap
-constexpr double kTie = 1.1;           // held-out torques, between which rollouts decide
-constexpr double kFarBehind = 10;      // the same: parts that explain this much are not left out
+// Of twice as many springs: the filters of motion and torque round the corner of a single one.
+constexpr double kSpringsGain = 0.1;
+constexpr double kHopeless = -0.98;             // gain without memory: 50 times the mean square
+constexpr double kSmallestGap = 1e-5;           // [rad], below it a fit has closed the gap
+constexpr double kOpenGaps[] = {3e-4, 1.5e-3};  // half of them [rad], at a start
+constexpr double kNearGap = -0.3;  // gain of a rough fit with gaps that is worth another
+constexpr double kTie = 1.1;       // held-out torques, between which rollouts decide
+constexpr double kFarBehind = 10;  // the same: parts that explain this much are not left out
 
 /// Half the width of the gap of a joint [rad].
 double gap_of(const Arm& arm, int j) {
@@ -101,6 +105,7 @@ class SumChoice : public FittedParts {
       try_gear_loads();
       try_memories();
       if (try_inner_viscous()) try_memories();
+      if (!fits_->is_short() && try_stribeck()) try_memories();
     }
     if (fits_->is_short()) return;
     try_further_modifiers();
@@ -195,10 +200,16 @@ class SumChoice : public FittedParts {
           fits_->compare(without, fitted_, j, SumPart::kMemoryless).gain > kHopeless)
         is_hopeless_without_memory_ = false;
     if (is_hopeless_without_memory_) return;
-    without = fit(without);
+    without = with_curves_risen(fit(without));
     const bool taken = take(SumPart::kMemoryless, without, explains);
     if (taken) try_gear_loads();
     try_memoryless_under_gear_load();
+  }
+  /// Fitted again from curves that rise towards rest, where some fall; each joint keeps the better.
+  Arm with_curves_risen(const Arm& fitted) const {
+    const std::optional<Arm> rising =
+        with_rising_curves(fitted, fits_->start(fitted.friction.model.joints()));
+    return rising ? better_of_each_joint(fitted, fit(*rising)) : fitted;
   }
   void try_memoryless_under_gear_load() {
     Parts with = parts_;
@@ -210,7 +221,7 @@ class SumChoice : public FittedParts {
       of_joint.power_flow = false;
     }
     if (with == parts_) return;
-    const Arm both = fit(fits_->start(with));
+    const Arm both = with_curves_risen(fit(fits_->start(with)));
     if (take_together({SumPart::kMemoryless, SumPart::kGearLoad}, with, both,
                       earning(both, SumPart::kMemoryless)) &&
         !fits_->is_short())
@@ -225,14 +236,23 @@ class SumChoice : public FittedParts {
     });
   }
 
-  /// Both at once, where a gap was found in any joint: a bank stands for a bristle behind a gap,
-  /// and neither alone is better than it.
+  /// Both at once: a bank stands for a bristle behind a gap, and neither alone is better than it. A
+  /// gap that begins closed stays so. On a short log, where a gap was found in any joint.
   void try_bristles_behind_gaps() {
-    if (std::ranges::none_of(parts_, &friction::LvmParts::backlash)) return;
+    if (fits_->is_short() && std::ranges::none_of(parts_, &friction::LvmParts::backlash)) return;
     Parts with = switched(SumPart::kBacklash);
     for (friction::LvmParts& of_joint : with) set(of_joint, SumPart::kBristle, true);
     if (with == parts_) return;
-    const Arm both = fit(with_stribeck_curves(fitted_, from_fitted(with)));
+    const Arm start = with_stribeck_curves(fitted_, from_fitted(with));
+    Arm both = fit(start, WaveSearch::kNone, kRoughGain);
+    for (const double half : kOpenGaps)
+      both = better_of_each_joint(both,
+                                  fit(with_open_gaps(start, half), WaveSearch::kNone, kRoughGain));
+    bool shows = false;
+    for (int j = 0; j < fits_->n() && !shows; ++j)
+      shows = fits_->compare(both, fitted_, j, SumPart::kBacklash).gain > kNearGap;
+    if (!shows) return;
+    both = fit(both);
     take_together({SumPart::kBristle, SumPart::kBacklash}, with, both,
                   [&](const PartEvidence& part) {
                     return part.on && gap_of(both, part.joint) > kSmallestGap;
@@ -331,12 +351,16 @@ class SumChoice : public FittedParts {
   /// What says nothing beside the others goes, one part after the other: of two that stand for each
   /// other one stays.
   void leave_out_parts() {
+    for (const SumPart part : {SumPart::kEightSprings, SumPart::kFourSprings, SumPart::kTwoSprings})
+      leave_out(part, [](const PartEvidence& springs) {
+        return explains(springs) && springs.gain > kSpringsGain;
+      });
     fitted_ = with_strongest_waves_first(fitted_);
-    for (const SumPart part : {SumPart::kThirdRipple, SumPart::kSecondRipple})
+    for (const SumPart part : {SumPart::kThirdRipple, SumPart::kSecondRipple, SumPart::kRipple})
       leave_out(part, explains_enough);
     for (const SumPart part :
          {SumPart::kPowerFlow, SumPart::kLoad, SumPart::kAsymmetry, SumPart::kTemperature,
-          SumPart::kRipple, SumPart::kStribeck, SumPart::kBacklash, SumPart::kViscous})
+          SumPart::kStribeck, SumPart::kBacklash, SumPart::kViscous})
       leave_out(part);
   }
 

@@ -348,7 +348,8 @@ struct FittedPart {
     archive(
         "part", part,
         text("backlash, load, power_flow, asymmetry, ripple, second_ripple, third_ripple, "
-             "temperature, network; bristle: lugre instead of the bank; memoryless: stribeck "
+             "temperature, network; two_springs, four_springs, eight_springs: a bank of as many; "
+             "bristle: lugre instead of the bank; memoryless: stribeck "
              "instead of either; gear_load: of what the gear hands on, not of the motor's torque; "
              "viscous: linear viscous torque beside that of a power; inner_viscous: in the memory, "
              "not beside it; loaded_viscous: viscous torque grows with load; stribeck: of the "

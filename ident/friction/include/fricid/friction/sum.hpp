@@ -46,6 +46,9 @@ struct LvmParts {
 
 /// What of `LvmParts` the data decide.
 enum class SumPart {
+  kTwoSprings,
+  kFourSprings,
+  kEightSprings,
   kBristle,
   kMemoryless,
   kBacklash,
@@ -67,13 +70,15 @@ enum class SumPart {
   kNetwork
 };
 constexpr std::string_view names(SumPart) {
-  return "bristle|memoryless|backlash|load|gear_load|power_flow|asymmetry|ripple|second_ripple|"
+  return "two_springs|four_springs|eight_springs|bristle|memoryless|backlash|load|gear_load|power_"
+         "flow|asymmetry|ripple|second_ripple|"
          "third_ripple|"
          "temperature|"
          "viscous|inner_viscous|loaded_viscous|stribeck|loaded_stribeck|further_modifiers|cable|"
          "network";
 }
-/// Switches a part on or off; kBristle, kMemoryless: on in the place of another memory, off back to
+/// Switches a part on or off; kTwoSprings to kEightSprings: a bank of at least as many, off half as
+/// many where it has no more; kBristle, kMemoryless: on in the place of another memory, off back to
 /// the bank; friction without memory has a Stribeck torque of its own and none beside it; kNetwork:
 /// of `kNetworkUnits`.
 void set(LvmParts& parts, SumPart part, bool on);

@@ -49,6 +49,10 @@ std::vector<bool> eligible(std::span<const Candidate> candidates);
 /// @return index
 std::size_t choose(std::span<const Candidate> candidates);
 
+/// Whether `a` leaves less than a quarter of the held-out torque error of `b`, and its rollouts
+/// fell no more often and are no worse by more than a standard error.
+bool explains_far_more(const Candidate& a, const Candidate& b);
+
 /// Evidence of the held-out torque for one part of the sum in one joint.
 struct PartEvidence {
   friction::SumPart part = friction::SumPart::kBristle;

@@ -31,6 +31,11 @@ Arm with_stribeck_curves(const Arm& from, Arm to);
 /// the smoothing speed of a law that is not fitted yet.
 Arm with_curves_without_memory(const Arm& from, Arm to);
 
+/// Stribeck curves of first laws without memory that fall towards rest begin anew: they stand for a
+/// smoothing speed that is too small. They begin wider than those of `unfitted`. Nothing where
+/// there are none.
+std::optional<Arm> with_rising_curves(Arm arm, const Arm& unfitted);
+
 /// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.
 Arm with_stribeck_beside(Arm arm);
 
@@ -38,12 +43,24 @@ Arm with_stribeck_beside(Arm arm);
 /// beside them: from there its speed has no gradient. Nothing where there is no such joint.
 std::optional<Arm> with_curves_in_memories(Arm arm);
 
+/// `to` with the bank of springs of `from` in joints where it has fewer of them: springs that slip
+/// at about the same travel are one, of their stiffness and force together.
+Arm with_springs_joined(const Arm& from, Arm to);
+
 /// `to` with the growth of the memory's friction with load that `from` has, whatever the load is.
 Arm with_load_growth(const Arm& from, Arm to);
+
+/// `to` with what stands for parts of `from` that it lacks: the mean of the power flow in the
+/// growth of the memory's friction with load, and linear viscous friction beside a power law that
+/// is linear, in that.
+Arm with_parts_handed_over(const Arm& from, Arm to);
 
 /// `to` with the linear viscous friction of `from`, both sums of the lvm: beside the memory or in
 /// it.
 Arm with_viscous_friction(const Arm& from, Arm to);
+
+/// Gaps are at least `half` wide to either side [rad], a tenth of it [m] in joints that slide.
+Arm with_open_gaps(Arm arm, double half);
 
 /// The waves over the joint angle of each joint of `lvm_sum` in the order of their amplitudes.
 Arm with_strongest_waves_first(Arm arm);
