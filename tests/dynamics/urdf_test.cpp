@@ -200,11 +200,11 @@ TEST(Urdf, WhatMimicsAWeldedJointIsWeldedWithIt) {
   };
   const RobotModel one = read({.at = {{"finger_one", 0.03}}});
   const RobotModel both = read({.at = {{"finger_one", 0.03}, {"finger_two", -0.005}}});
-  const RobotModel apart = read({.at = {{"finger_one", 0.03}, {"finger_two", 0.02}}});
+  const RobotModel rounded = read({.at = {{"finger_one", 0.03}, {"finger_two", -0.00495}}});
   ASSERT_EQ(one.n(), 1);
   EXPECT_TRUE(close(one.pi, both.pi, 1e-15));
   EXPECT_DOUBLE_EQ(one.pi[2], 0.03 - 0.005);  // m cy of the two
-  EXPECT_DOUBLE_EQ(apart.pi[2], 0.03 + 0.02);
+  EXPECT_DOUBLE_EQ(rounded.pi[2], 0.03 - 0.00495);
 }
 
 TEST(UrdfError, Welds) {
@@ -224,6 +224,10 @@ TEST(UrdfError, Welds) {
       message_of({.at = {{"finger_two", 0.02}}}),
       "r.urdf:8: joint finger_two: is fixed, but its <mimic> follows finger_one, which moves; "
       "allowed: both fixed by [robot] fix, or no <mimic>");
+  EXPECT_EQ(message_of({.at = {{"finger_one", 0.03}, {"finger_two", 0.02}},
+                        .where = "s.toml:4: robot.fix"}),
+            "s.toml:4: robot.fix: finger_two = 0.02, but by its <mimic> in r.urdf it is -0.005 "
+            "where finger_one = 0.03; allowed: -0.005, or leave finger_two out");
   EXPECT_EQ(message_of({.at = {{"finger", 0.1}}, .where = "s.toml:4: robot.fix"}),
             "s.toml:4: robot.fix: finger is not a moving joint of r.urdf; allowed: finger_one, "
             "finger_two, turn");

@@ -223,7 +223,7 @@ class Builder {
           bool mend_inertia)
       : document_(document), welds_(welds.at), mend_inertia_(mend_inertia) {
     check_welds(tree, welds.where);
-    weld_followers(tree);
+    weld_followers(tree, welds.where);
     model_.name = tree.getName();
     walk(*tree.getRoot());
     if (model_.joints.empty())
@@ -316,7 +316,7 @@ class Builder {
   }
 
   /// Welds joints that mimic a welded joint, directly or through others.
-  void weld_followers(const urdf::ModelInterface& tree) {
+  void weld_followers(const urdf::ModelInterface& tree, const std::string& where) {
     for (bool found = true; found;) {
       found = false;
       for (const auto& [name, joint] : tree.joints_) {
@@ -327,16 +327,31 @@ class Builder {
         found = true;
       }
     }
-    for (const auto& [name, position] : welds_) {
-      const urdf::Joint& joint = *tree.joints_.at(name);
-      if (!joint.mimic || welds_.contains(joint.mimic->joint_name)) continue;
-      const auto leader = tree.joints_.find(joint.mimic->joint_name);
-      if (leader != tree.joints_.end() && moves(*leader->second))
+    for (const auto& [name, position] : welds_)
+      if (tree.joints_.at(name)->mimic) check_follower(tree, name, position, where);
+  }
+
+  /// @throws UserError for a welded joint that mimics one which moves or is welded elsewhere
+  void check_follower(const urdf::ModelInterface& tree, const std::string& name, double position,
+                      const std::string& where) const {
+    constexpr double kWritten = 1e-4;  // [rad or m] to which a file rounds a position
+    const urdf::JointMimic& mimic = *tree.joints_.at(name)->mimic;
+    if (const auto leader = welds_.find(mimic.joint_name); leader != welds_.end()) {
+      const double follows = mimic.multiplier * leader->second + mimic.offset;
+      if (std::abs(position - follows) > kWritten)
         throw UserError(
-            "{}: is fixed, but its <mimic> follows {}, which moves; allowed: both fixed by [robot] "
-            "fix, or no <mimic>",
-            document_.at_joint(name), joint.mimic->joint_name);
+            "{}: {} = {:g}, but by its <mimic> in {} it is {:g} where {} = {:g}; allowed: {:g}, or "
+            "leave {} out",
+            where, name, position, document_.source, follows, mimic.joint_name, leader->second,
+            follows, name);
+      return;
     }
+    const auto leader = tree.joints_.find(mimic.joint_name);
+    if (leader != tree.joints_.end() && moves(*leader->second))
+      throw UserError(
+          "{}: is fixed, but its <mimic> follows {}, which moves; allowed: both fixed by [robot] "
+          "fix, or no <mimic>",
+          document_.at_joint(name), mimic.joint_name);
   }
 
   /// Moves a frame along a joint to a position.
