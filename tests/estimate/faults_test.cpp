@@ -182,18 +182,54 @@ TEST(Faults, FrictionThatOutgrowsItsOwnLoadIsNamed) {
 }
 
 // What holds a joint that rests is anything within its friction: no law knows it.
-TEST(Faults, TorqueAtRestWithinFrictionIsNoFault) {
+TEST(Faults, TorqueAtRestWithinFrictionIsNoFaultUnlessTheMeanExplainsMore) {
   const Arm arm = coulomb_arm(5e-3);
   const std::vector<data::Dataset> logs{make_log(arm, {})};
   const Prepared prepared = prepare(arm.robot, {}, logs, 2);
   FitReport report = fit(arm.robot, logs);
   ASSERT_TRUE(report.usable()) << text_of(report.faults);
   EXPECT_GT(report.sliding_r2[1], 0.99);
-  report.r2[1] = -27;
+  report.r2[1] = 0.1;
   report.resting_rms[1] = 1.9 * prepared.rigid_body.Fc[1];
   EXPECT_EQ(text_of(faults_of(prepared, report)), "");
+  report.r2[1] = -0.1;
+  EXPECT_THAT(text_of(faults_of(prepared, report)),
+              testing::ContainsRegex("j2: R2 -0.1 on its own training torque, worse than its mean: "
+                                     "while the joint slides it is explained \\(R2 [0-9.]+\\), "
+                                     "where it rests [0-9.]+ N m of what holds it are not; leave"));
   report.resting_rms[1] = 2.1 * prepared.rigid_body.Fc[1];
-  EXPECT_THAT(text_of(faults_of(prepared, report)), HasSubstr("j2: R2 -27"));
+  EXPECT_THAT(text_of(faults_of(prepared, report)), HasSubstr("j2: R2 -0.1 on its own training "
+                                                              "torque; look for"));
+}
+
+// A joint that moves in a fifth of the time and is held by most of its static friction else.
+TEST(Faults, AJointThatMostlyRestsIsNotTrustedWhereItsMeanExplainsMore) {
+  const Arm arm = coulomb_arm(5e-3);
+  data::Dataset log = make_log(arm, {.seconds = 24});
+  for (int k = 0; k < log.length(); ++k) {
+    const double s = std::sin(std::numbers::pi * std::clamp((log.t[k] - 8) / 4, 0.0, 1.0));
+    log.q(k, 0) = 0.3 * std::pow(s, 4) * std::sin(2 * std::numbers::pi * log.t[k]);
+  }
+  const signals::Motion motion = signals::make_recording(log, 10).narrow;
+  dynamics::Workspace<double> ws(arm.robot);
+  const auto row = [](const auto& x, Eigen::Index k) {
+    return std::span<const double>(x.row(k).data(), static_cast<std::size_t>(x.cols()));
+  };
+  Rng rng(1, 0);
+  for (int k = 0; k < log.length(); ++k) {
+    dynamics::rnea<double>(arm.robot, ws, row(arm.robot.pi.transpose(), 0), row(motion.q, k),
+                           row(motion.v, k), row(motion.a, k), {log.tau.row(k).data(), 3});
+    for (int j = 0; j < 3; ++j) {
+      const bool rests = j == 0 && std::abs(log.t[k] - 10) > 2.1;
+      log.tau(k, j) += (rests ? 7.2 : 8 * std::tanh(motion.v(k, j) / 5e-3)) + motion.v(k, j) +
+                       0.02 * rng.normal();
+    }
+  }
+  const FitReport report = fit(arm.robot, {log});
+  EXPECT_LT(report.r2[0], 0);
+  EXPECT_GT(report.sliding_r2[0], 0.9);
+  EXPECT_THAT(text_of(report.faults), HasSubstr("j1: R2 -"));
+  EXPECT_THAT(text_of(report.faults), HasSubstr("leave its rests out"));
 }
 
 TEST(Faults, TorqueThatNothingExplainsIsNotTrusted) {

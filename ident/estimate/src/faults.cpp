@@ -164,12 +164,20 @@ Fault fault_of_torque(const Prepared& prepared, const FitReport& report, int j, 
         name, "its training torque does not vary",
         fmt::format("log the torque of its motor, or exclude it: [robot] hold = [\"{}\"]", name)};
   if (report.r2[i] >= kPoor) return {};
+  std::string found = fmt::format("R2 {:.3g} on its own training torque", report.r2[i]);
+  const bool off_at_rest_alone = report.sliding_r2[i] >= kPoor &&
+                                 report.resting_rms[i] < kMostStatic * prepared.rigid_body.Fc[j];
+  if (!off_at_rest_alone) return {name, std::move(found), remedy_of_torque(prepared, j)};
   // a joint that rests is held by any torque within its friction, which no model can know
-  if (report.sliding_r2[i] >= kPoor &&
-      report.resting_rms[i] < kMostStatic * prepared.rigid_body.Fc[j])
-    return {};
-  return {name, fmt::format("R2 {:.3g} on its own training torque", report.r2[i]),
-          remedy_of_torque(prepared, j)};
+  if (report.r2[i] >= 0) return {};
+  found += fmt::format(
+      ", worse than its mean: while the joint slides it is explained (R2 {:.3g}), where it rests "
+      "{:.3g} {} of what holds it are not",
+      report.sliding_r2[i], report.resting_rms[i],
+      unit_of_joint("N m", slides(prepared.robot.joints[i])));
+  return {name, std::move(found),
+          "leave its rests out (train = [\"log.csv[FROM:TO]\"]), let it move more of the time, or "
+          "take a law that holds a joint at rest (dahl, gms)"};
 }
 
 std::string remedy_of_coupling(const std::string& declaration) {
