@@ -85,6 +85,18 @@ class WholeJob(ProgramTest):
         self.assertIn("Fv of joint_a2", said[0])
         self.assertIn("another law", said[0])
 
+    def test_says_of_each_law_that_friction_grows_with_the_load(self):
+        text = TINY.read_text().replace("../../scenes/", f"{TINY.parents[2] / 'scenes'}/").replace("train = 1", "train = 3")
+        for load in ("", "load = {mu = [0.006, 0.0055, 0.01, 0.02, 0.024, 0.035]}"):
+            self.write("scene.toml", text.replace("vs = 0.05", f"vs = 0.05\n{load}"))
+            done = fricid("identify", self.folder / "scene.toml", "-o", self.folder / f"out{len(load)}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            said = [line for line in done.stderr.splitlines() if "grows with the load" in line]
+            self.assertEqual(len(said), 2 if load else 0, done.stderr)
+            if load:
+                self.assertRegex(said[0], r"^simple_s1: .* of the motor's torque of joint_a2.*; take lvm")
+                self.assertRegex(said[1], "^lugre_s1: .*no more than simple_s1; take lvm")
+
     def test_says_why_a_horizon_cannot_rank_models(self):
         scene = self.tiny(changes={"min_headroom = 1": "min_headroom = 1e9"})
         folder = self.folder / "run"

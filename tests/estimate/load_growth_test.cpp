@@ -124,6 +124,28 @@ TEST(FrictionUnderLoad, IsNotSeenWhereThereIsNone) {
   }
 }
 
+// A LuGre that grows by half a per cent per N m: half of what the regression leaves of the joint
+// that gravity loads most.
+TEST(FrictionUnderLoad, IsSeenBesideAStribeckCurveAndPresliding) {
+  Arm arm{small_arm(), {}};
+  arm.friction.model = friction::RobotFriction(std::vector(
+      static_cast<std::size_t>(arm.robot.n()), friction::JointSpec{{{"lugre", 0, {{"load", 1}}}}}));
+  for (const double mu : {0.0, 0.005}) {
+    arm.friction.theta.clear();
+    for (int j = 0; j < arm.robot.n(); ++j)  // Fc, Fs, vs, sigma0, sigma1, sigma2, mu
+      std::ranges::copy(std::array{3.0, 3.6, 0.1, 1500.0, 15.0, 2.0, mu},
+                        std::back_inserter(arm.friction.theta));
+    const data::Dataset log =
+        make_log(arm, {.seconds = 48, .torque_noise = 0.1, .seed = 7, .repeats = false});
+    const Prepared prepared = prepare(arm.robot, {}, std::vector{log}, 1);
+    ASSERT_EQ(prepared.under_load.has_value(), mu > 0);
+    if (!prepared.under_load) continue;
+    EXPECT_TRUE(prepared.under_load->shows_growth(1));
+    EXPECT_GT(prepared.under_load->growth[1], 3 * mu);  // of Coulomb friction; viscous grows too
+    EXPECT_LT(prepared.under_load->growth[1], 6 * mu + 0.01);
+  }
+}
+
 TEST(FrictionUnderLoad, IsSaidByCheck) {
   const auto summary_of = [](const Arm& arm) {
     const std::vector<data::Dataset> logs = logs_of(arm);

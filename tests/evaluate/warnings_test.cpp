@@ -99,6 +99,23 @@ TEST(Warnings, BoundsAndSeveralMinimaAreListedByJoint) {
                   "searches from several starts ended at different errors: a2 (1 to 2 N m)"));
 }
 
+TEST(Warnings, FrictionUnderLoadThatTheLawLacksIsNamedByJoint) {
+  data::FitFile fit = good_fit();
+  EXPECT_FALSE(growth_of(fit, "LuGre", kJoints));
+  data::FittedLoadGrowth& growth = fit.rigid_body.load_growth.emplace();
+  growth.coefficient = Eigen::Vector2d(0.06, 0.05);
+  growth.standard_error = Eigen::Vector2d(0.001, 0.02);
+  EXPECT_THAT(found_in(fit), ElementsAre("friction grows with the load: 0.06 +- 0.001 of the "
+                                         "motor's torque of a1"));
+  growth.side = data::GearSide::kLink;
+  const std::optional<Warning> of_link = growth_of(fit, "LuGre", kJoints);
+  ASSERT_TRUE(of_link);
+  EXPECT_THAT(of_link->found, HasSubstr("of the link's torque of a1"));
+  EXPECT_THAT(of_link->remedy, HasSubstr("gear_load"));
+  growth.modelled = true;
+  EXPECT_FALSE(growth_of(fit, "LuGre", kJoints));
+}
+
 TEST(Warnings, APoorRegressionIsOne) {
   data::FitFile fit = good_fit();
   fit.rigid_body.condition = 101;

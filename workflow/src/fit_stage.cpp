@@ -88,6 +88,8 @@ Stage fit_stage(const Job& job, const FitRequest& request) {
 bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
   const auto shared = std::make_shared<Shared>();
   std::map<std::vector<std::string>, std::string> told;  // faults, and the first fit that has them
+  std::map<std::string, std::string>
+      growing;  // friction under load, and the first fit that lacks it
   bool healthy = true;
   for (const FitRequest& request : requests) {
     const std::string id = request.id().name();
@@ -114,6 +116,14 @@ bool identify(Job& job, const std::vector<FitRequest>& requests, bool by_name) {
     if (!fit.usable && fit.faults.empty()) job.say(fmt::format("{}: {}", id, fit.message));
     if (const auto bounds = evaluate::bounds_of(fit, id))
       job.say(fmt::format("{}: {}: {}; {}", id, bounds->found, bounds->meaning, bounds->remedy));
+    if (const auto growth = evaluate::growth_of(fit, id, job.problem.scene.joints)) {
+      const auto [other, is_first] = growing.try_emplace(growth->found, id);
+      job.say(is_first ? fmt::format("{}: {}: {}; {}", id, growth->found, growth->meaning,
+                                     growth->remedy)
+                       : fmt::format("{}: friction grows with the load, which this law has no more "
+                                     "than {}; {}",
+                                     id, other->second, growth->remedy));
+    }
     healthy = fit.usable && healthy;
   }
   return healthy;

@@ -86,8 +86,9 @@ std::string growth_in_words(const data::FittedLoadGrowth& growth,
   return enumeration(words);
 }
 
-void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& name,
+void warn_of_regression(const data::FitFile& fit, const std::string& name,
                         std::span<const std::string> joints, Warnings& warnings) {
+  const data::FittedRigidBody& rigid = fit.rigid_body;
   if (rigid.condition > kPoorCondition)
     warnings.push_back({name, fmt::format("condition of the regression {:.3g}", rigid.condition),
                         "some base parameters are poorly determined; see their standard errors",
@@ -96,17 +97,8 @@ void warn_of_regression(const data::FittedRigidBody& rigid, const std::string& n
     warnings.push_back({name, *rigid.slower,
                         "the speed asked for would have left too few rows of these joints",
                         "lower `min_speed_rad_s`, or record faster motion"});
-  if (rigid.load_growth && !rigid.load_growth->modelled) {
-    const bool of_motor = rigid.load_growth->is_of_motor();
-    warnings.push_back(
-        {name, "friction grows with the load: " + growth_in_words(*rigid.load_growth, joints),
-         of_motor ? "this law has no such friction, so that its bodies are too heavy by about as "
-                    "much: where the motor drives, g of friction per torque looks like 1/(1 - g) "
-                    "of load"
-                  : "this law has no such friction: its Coulomb friction is that of a mean load",
-         of_motor ? "take lvm, load_dependent or modifiers = [\"load\"] for masses and inertias"
-                  : "take lvm or modifiers = [\"gear_load\"]"});
-  }
+  if (std::optional<Warning> growth = growth_of(fit, name, joints))
+    warnings.push_back(*std::move(growth));
   std::vector<std::string> few;
   for (std::size_t j = 0; j < joints.size(); ++j) {
     if (j >= rigid.rows.size() || j >= rigid.rows_total.size()) break;
@@ -187,12 +179,27 @@ std::optional<Warning> bounds_of(const data::FitFile& fit, const std::string& na
       "read them as \"at least\" or \"at most\"; try fewer elements or another law"};
 }
 
+std::optional<Warning> growth_of(const data::FitFile& fit, const std::string& name,
+                                 std::span<const std::string> joints) {
+  const std::optional<data::FittedLoadGrowth>& growth = fit.rigid_body.load_growth;
+  if (!growth || growth->modelled) return {};
+  const bool of_motor = growth->is_of_motor();
+  return Warning{
+      name, "friction grows with the load: " + growth_in_words(*growth, joints),
+      of_motor ? "this law has no such friction, so that its bodies are too heavy by about as "
+                 "much: where the motor drives, g of friction per torque looks like 1/(1 - g) "
+                 "of load"
+               : "this law has no such friction: its Coulomb friction is that of a mean load",
+      of_motor ? "take lvm, load_dependent or modifiers = [\"load\"] for masses and inertias"
+               : "take lvm or modifiers = [\"gear_load\"]"};
+}
+
 std::vector<Warning> warnings_of(const data::FitFile& fit, const std::string& name,
                                  std::span<const std::string> joints) {
   Warnings warnings;
   warn_of_trust(fit, name, warnings);
   warn_of_joints(fit, name, warnings);
-  warn_of_regression(fit.rigid_body, name, joints, warnings);
+  warn_of_regression(fit, name, joints, warnings);
   warn_of_learning(fit, name, warnings);
   return warnings;
 }

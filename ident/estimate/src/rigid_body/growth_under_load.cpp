@@ -14,7 +14,7 @@ constexpr int kLoadPasses = 8;         // of friction that grows with the torque
 constexpr double kStillGrowth = 1e-4;  // change of that growth
 constexpr double kLeastGrowth = 0.01;  // that is shown, ..
 constexpr double kGrowthErrors = 6;    // .. in standard errors, ..
-constexpr double kGrowthGain = 1.2;    // .. in log of the variance that it explains of its joint
+constexpr double kGrowthGain = 0.5;    // .. in log of the variance that it explains of its joint
 
 /// Rows with columns (n) of friction that grows with the load, all zero: no joint has any yet.
 Regression with_room_for_growth(Regression data, int n) {

@@ -27,6 +27,13 @@ std::vector<Warning> warnings_of(const Evaluation& evaluation);
 /// @param name  of the model, for `subject`
 std::optional<Warning> bounds_of(const data::FitFile& fit, const std::string& name);
 
+/// Friction that grows with the load, of which the law of a fit knows nothing: the joints that show
+/// it and by how much, with standard errors; none: it is not seen, or the law has it.
+/// @param name    of the model, for `subject`
+/// @param joints  names (n)
+std::optional<Warning> growth_of(const data::FitFile& fit, const std::string& name,
+                                 std::span<const std::string> joints);
+
 /// Faults and outcome of a fit, parameters on a bound, several minima, a regression that is poorly
 /// conditioned or uses few rows (conventional part); training that went astray (learned part).
 /// @param name    of the model, for `subject`
