@@ -104,6 +104,24 @@ TEST(Changes, BrakeThatDragsForSeconds) {
                                                        "(0\\.[3-6]|[12]\\.).*a brake that drags"));
 }
 
+// A torque that goes with the angle of the gears, in logs in which each joint slides for some
+// seconds.
+TEST(Changes, RippleOfAShortLogIsNone) {
+  const Arm arm = coulomb_arm(5e-3);
+  for (const double peak_speed : {0.3, 0.6})
+    for (const double seconds : {6.0, 9.0})
+      for (const std::uint64_t seed : {1, 2, 4}) {
+        data::Dataset log = make_log(arm, {.seconds = seconds,
+                                           .peak_speed = peak_speed,
+                                           .torque_noise = 0.1,
+                                           .seed = seed,
+                                           .repeats = false});
+        log.tau.array() += 1.5 * (20 * log.q.array()).sin();
+        EXPECT_THAT(doubts_of(arm.robot, log), testing::Not(HasSubstr("friction changes")))
+            << peak_speed << " rad/s, " << seconds << " s, seed " << seed;
+      }
+}
+
 // Strokes to and fro at one speed after the other, of a wheel whose friction falls,
 // rises and falls with the speed.
 TEST(Changes, StrokesAtRisingSpeedsAreNone) {

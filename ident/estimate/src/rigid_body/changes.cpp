@@ -19,6 +19,7 @@ constexpr double kWorth = 0.01;      // of the joint's torque, root mean square
 constexpr double kMuch = 1.25;  // factor of friction, which warms and cools a little in any log
 // Friction that changes for seconds: of shorter pieces, by more, and explained less well by them.
 constexpr double kShortPiece = 3, kShortGain = 0.5, kVeryMuch = 1.5;
+constexpr double kChance = 160;  // over the rows of a joint: gains by chance where it slides little
 constexpr double kKnown = 0.05;  // largest standard error of a change that is named
 constexpr int kReweighings = 6;  // by the noise of the joints
 
@@ -333,10 +334,13 @@ std::vector<Fault> find_changing_friction(const dynamics::RobotModel& robot,
   const auto [fit, before, gain] =
       compare(Change::kFriction, all, pieces, joined(pieces), solve(all, all.plain));
   std::vector<Fault> faults;
-  for (int j = 0; j < all.n(); ++j)
-    if (gain[j] > kShortGain && range_of(fit, j) > kVeryMuch && !pushes(fit, j))
-      faults.push_back(name_change(Change::kFriction, robot.joints[static_cast<std::size_t>(j)], j,
-                                   fit, pieces, recordings, false));
+  for (int j = 0; j < all.n(); ++j) {
+    const auto at = static_cast<std::size_t>(j);
+    if (gain[j] > std::max(kShortGain, kChance / all.joints[at].count) &&
+        range_of(fit, j) > kVeryMuch && !pushes(fit, j))
+      faults.push_back(
+          name_change(Change::kFriction, robot.joints[at], j, fit, pieces, recordings, false));
+  }
   return faults;
 }
 
