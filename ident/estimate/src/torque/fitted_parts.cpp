@@ -150,6 +150,7 @@ void FittedParts::leave_out(SumPart part, const std::function<bool(const PartEvi
 }
 
 void FittedParts::leave_out_idle() {
+  if (fits_->is_short()) return;
   using enum SumPart;
   fitted_ = with_strongest_waves_first(fitted_);
   for (const SumPart part : {kFurtherModifiers, kLoadedStribeck, kStribeck, kCable, kPowerFlow,

@@ -58,7 +58,7 @@ class FittedParts {
   void leave_out(friction::SumPart part,
                  const std::function<bool(const PartEvidence&)>& earns = explains);
   /// Parts go without which the torque is what it is, a wave without amplitude or a load without
-  /// growth: what they gained was of another fit.
+  /// growth: what they gained was of another fit. None on short logs.
   void leave_out_idle();
   /// Whether all joints together show what `with` has, clearly.
   bool is_clear(const Arm& with, friction::SumPart part) const;
