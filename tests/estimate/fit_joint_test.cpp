@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <iterator>
 #include <numbers>
+#include <optional>
 
 #include "fricid/base/error.hpp"
 #include "fricid/data/fit_file.hpp"
 #include "fricid/data/log_part.hpp"
 #include "fricid/data/model_file.hpp"
+#include "fricid/estimate/torque/carry_over.hpp"
 #include "fricid/estimate/torque/networks.hpp"
 #include "joint_logs.hpp"
 
@@ -166,6 +168,68 @@ TEST(FitModel, LawsOfOnesOwnFindASmoothWideStribeckCurve) {
     EXPECT_NEAR(parameter(arm, j, "stribeck", "vs"), 0.4, 0.02) << j;
     EXPECT_NEAR(parameter(arm, j, "stribeck", "v0"), 0.05, 0.005) << j;
   }
+}
+
+// The spring of a cable that begins as stiff as a bristle may take its place, and the bristle that
+// of the cable.
+TEST(FitModel, LawsOfOnesOwnTellACableFromABristle) {
+  std::vector<std::vector<double>> theta;
+  for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, sigma0, sigma1, sigma2, then K, W
+    theta.push_back(
+        {7 * size, 9.1 * size, 0.05, 7000 * size, 14 * size, 2.8 * size, 21 * size, 4.2 * size});
+  const Prepared prepared =
+      noisy_logs(arm_with({{{"lugre", 0, {}}, {"maxwell_slip", 1, {}}}}, theta), 60);
+  const Arm arm = fitted_arm(
+      prepared, laws_of_ones_own({{.law = "lugre", .elements = 4, .modifiers = {}},
+                                  {.law = "maxwell_slip", .elements = 1, .modifiers = {}}}));
+  for (int j = 0; j < 3; ++j) {
+    const double size = theta[static_cast<std::size_t>(j)][0] / 7;
+    EXPECT_NEAR(parameter(arm, j, "lugre", "sigma0"), 7000 * size, 700 * size) << j;
+    EXPECT_NEAR(parameter(arm, j, "maxwell_slip", "K1"), 21 * size, 2 * size) << j;
+  }
+}
+
+TEST(CarryOver, PutsASpringThatTookTheBristlesPlaceBack) {
+  const friction::JointSpec joint{{{"lugre", 0, {}}, {"maxwell_slip", 1, {}}}};
+  const std::vector<double> right{7, 9.1, 0.05, 7000, 14, 2.8, 21, 4.2},
+      swapped{4.2, 5, 0.4, 21, 4, 2.8, 7000, 7};
+  EXPECT_FALSE(with_springs_in_place(arm_with(joint, {right, right, right})));
+  const std::optional<Arm> mended = with_springs_in_place(arm_with(joint, {right, swapped, right}));
+  ASSERT_TRUE(mended);
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_EQ(parameter(*mended, j, "lugre", "sigma0"), 7000) << j;
+    EXPECT_EQ(parameter(*mended, j, "lugre", "Fc"), 7) << j;
+    EXPECT_EQ(parameter(*mended, j, "maxwell_slip", "K1"), 21) << j;
+    EXPECT_EQ(parameter(*mended, j, "maxwell_slip", "W1"), 4.2) << j;
+  }
+  EXPECT_NEAR(parameter(*mended, 1, "lugre", "Fs"), 8.4, 1e-12);
+}
+
+TEST(CarryOver, OrdersWavesByAmplitude) {
+  const friction::JointSpec joint{{{"dahl", 0, {{"ripple", 2}}}}};
+  const std::vector<double> theta{6, 3000, 2, 100, 0.001, 0.7, 3, 0.1, -1.2};
+  const Arm ordered = with_strongest_waves_first(arm_with(joint, {theta, theta, theta}));
+  for (int j = 0; j < 3; ++j) {
+    EXPECT_EQ(parameter(ordered, j, "ripple", "n1"), 3) << j;
+    EXPECT_EQ(parameter(ordered, j, "ripple", "phi1"), -1.2) << j;
+    EXPECT_EQ(parameter(ordered, j, "ripple", "A2"), 0.001) << j;
+  }
+}
+
+// Two stiff springs and two soft ones are two.
+TEST(CarryOver, JoinsSpringsOfAboutTheSameTravel) {
+  const auto arm = [](int springs, const std::vector<double>& k_alpha) {
+    std::vector<double> theta{6, 7, 0.05, 100, 2};  // Fc, Fs, vs, C, Fv
+    theta.insert(theta.end(), k_alpha.begin(), k_alpha.end());
+    return arm_with({{{"gms", springs, {}}}}, {theta, theta, theta});
+  };
+  const Arm two =
+      with_springs_joined(arm(4, {60, 0.05, 3000, 0.05, 300, 0.25, 0.65 * 6000 / 0.66, 0.65 / 6}),
+                          arm(2, {1, 1, 1, 1}));
+  EXPECT_NEAR(parameter(two, 0, "gms", "alpha1") + parameter(two, 0, "gms", "alpha2"),
+              0.35 + 0.65 / 6, 1e-12);
+  EXPECT_NEAR(parameter(two, 0, "gms", "k1"), 3000 + 0.65 * 6000 / 0.66, 1e-9);
+  EXPECT_NEAR(parameter(two, 0, "gms", "k2"), 360, 1e-9);
 }
 
 // A phase begins anew at pi, and the exponent of a torque that is absent says nothing.

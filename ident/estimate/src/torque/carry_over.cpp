@@ -129,6 +129,30 @@ bool start_cables(std::span<const Cable> cables, friction::Friction& friction) {
   return any;
 }
 
+std::optional<Arm> with_springs_in_place(Arm arm) {
+  using enum friction::Role;
+  bool any = false;
+  for (int j = 0; j < arm.robot.n(); ++j) {
+    const auto of_bristle = [&](friction::Role role) {
+      const int p = find_parameter(arm.friction.model, j, role);
+      const bool is_first =
+          p >= 0 && arm.friction.model.parameters()[static_cast<std::size_t>(p)].law == 0;
+      return is_first ? &arm.friction.theta[static_cast<std::size_t>(p)] : nullptr;
+    };
+    double *const Fc = of_bristle(kCoulomb), *const Fs = of_bristle(kStatic),
+                  *const sigma0 = of_bristle(kStiffness);
+    const std::optional<SpringIndices> spring = single_spring(arm.friction.model, j);
+    if (!spring || !Fc || !sigma0) continue;
+    double &K = arm.friction.theta[spring->K], &W = arm.friction.theta[spring->W];
+    if (K <= *sigma0) continue;
+    if (Fs) *Fs = kRisen * W;
+    std::swap(K, *sigma0);
+    std::swap(W, *Fc);
+    any = true;
+  }
+  return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
+}
+
 Arm with_stribeck_curves(const Arm& from, Arm to) {
   using enum friction::Role;
   Arm given = from;

@@ -258,21 +258,41 @@ std::optional<Arm> another_start(const JointFits& fits, Arm fitted) {
   return any ? std::optional<Arm>(open) : std::nullopt;
 }
 
-/// The laws of a scene, fitted from two starts; each joint keeps the better.
-Candidate of_laws(JointFits& fits, const Arm& start) {
+/// Of two fits of the same laws: each joint with the friction that leaves less of its torque.
+Arm better_of(JointFits& fits, const Arm& first, const Arm& second,
+              const std::vector<double>& rms_of_first) {
   constexpr double kBetterFit = 0.999;  // root mean square of the residual
+  std::vector<const Arm*> of_joint;
+  for (int j = 0; j < fits.n(); ++j)
+    of_joint.push_back(fits.residual_rms(second, j) <
+                               kBetterFit * rms_of_first[static_cast<std::size_t>(j)]
+                           ? &second
+                           : &first);
+  if (std::ranges::count(of_joint, &first) == std::ssize(of_joint)) {
+    fits.take_springs_of(first);
+    return first;
+  }
+  const Arm start = joined(of_joint, first);
+  fits.take_springs_of(start);
+  return fits.on_torque(start, JointFits::Rows::kAll, WaveSearch::kNone).arm;
+}
+
+/// The laws of a scene, fitted from two starts, and from a third where a bristle and a single
+/// spring have changed places; each joint keeps the better.
+Candidate of_laws(JointFits& fits, const Arm& start) {
   const auto begin = std::chrono::steady_clock::now();
-  const Arm first = fits.on_torque(start, JointFits::Rows::kAll).arm;
-  Arm best = first;
-  if (const std::optional<Arm> other = another_start(fits, first)) {
-    const Arm second = fits.on_torque(*other, JointFits::Rows::kAll, WaveSearch::kAll).arm;
-    std::vector<const Arm*> of_joint;
-    for (int j = 0; j < fits.n(); ++j)
-      of_joint.push_back(fits.residual_rms(second, j) < kBetterFit * fits.residual_rms(first, j)
-                             ? &second
-                             : &first);
-    if (std::ranges::count(of_joint, &first) < std::ssize(of_joint))
-      best = fits.on_torque(joined(of_joint, first), JointFits::Rows::kAll, WaveSearch::kNone).arm;
+  Arm best = fits.on_torque(start, JointFits::Rows::kAll).arm;
+  const auto rms = [&] {
+    std::vector<double> of_joint;
+    for (int j = 0; j < fits.n(); ++j) of_joint.push_back(fits.residual_rms(best, j));
+    return of_joint;
+  };
+  if (const std::optional<Arm> other = another_start(fits, best))
+    best = better_of(fits, best,
+                     fits.on_torque(*other, JointFits::Rows::kAll, WaveSearch::kAll).arm, rms());
+  if (const std::optional<Arm> other = with_springs_in_place(best)) {
+    const std::vector<double> before = rms();
+    best = better_of(fits, best, fits.on_torque_of_springs(*other), before);
   }
   return fits.judged("torque", fits.under_own_load(best, JointFits::Rows::kAll).arm,
                      seconds_since(begin));

@@ -23,6 +23,10 @@ std::optional<SpringIndices> single_spring(const friction::RobotFriction& fricti
 /// @return whether any does
 bool start_cables(std::span<const Cable> cables, friction::Friction& friction);
 
+/// A single spring that is stiffer than the bristle beside it has taken its place: they change
+/// places. Nothing where there is none.
+std::optional<Arm> with_springs_in_place(Arm arm);
+
 /// `to` with the Stribeck curve of each joint's first law that `from` has there, whatever the laws;
 /// with that of the Stribeck torque beside it where `to` has none.
 Arm with_stribeck_curves(const Arm& from, Arm to);
