@@ -215,7 +215,8 @@ class SumChoice : public FittedParts {
     Parts with = parts_;
     for (int j = 0; j < fits_->n(); ++j) {
       friction::LvmParts& of_joint = with[static_cast<std::size_t>(j)];
-      if (of_joint.memory == friction::Memory::kNone) continue;
+      const bool may_hide = of_joint.power_flow && !of_joint.gear_load;  // behind power flow
+      if (of_joint.memory == friction::Memory::kNone && !may_hide) continue;
       set(of_joint, SumPart::kMemoryless, true);
       if (fits_->can_show(SumPart::kGearLoad, j)) set(of_joint, SumPart::kGearLoad, true);
       of_joint.power_flow = false;
