@@ -359,6 +359,25 @@ TEST(FitModel, JointFitsNameCoupledFriction) {
   }));
 }
 
+// Power flow stands for gear load: what knows neither is nearer.
+TEST(FitModel, LvmFindsASmoothWideStribeckCurveUnderGearLoad) {
+  std::vector<std::vector<double>> theta;
+  const double mu[] = {0.012, 0.015, 0.03};
+  for (std::size_t j = 0; j < 3; ++j) {
+    const double size = 1 - 0.25 * static_cast<double>(j);  // Fc, Fs, vs, Fv, v0, mu, c
+    theta.push_back({7 * size, 10.5 * size, 0.4, 2.1 * size, 0.05, mu[j], 0});
+  }
+  const Prepared prepared =
+      noisy_logs(arm_with({{{"stribeck", 0, {{"gear_load", 1}}}}}, theta), 60);
+  const Arm arm = fitted_arm(prepared, the_lvm());
+  for (int j = 0; j < 3; ++j) {
+    const friction::LvmParts parts = friction::parts_of(arm.friction, j);
+    ASSERT_TRUE(parts.memory == friction::Memory::kNone && parts.gear_load) << j;
+    EXPECT_NEAR(parameter(arm, j, "gear_load", "mu"), mu[j], 0.1 * mu[j]) << j;
+    EXPECT_NEAR(parameter(arm, j, "stribeck", "vs"), 0.4, 0.04) << j;
+  }
+}
+
 // Friction that lags behind the speed by a time is in no law of the sum. Beside a bank of springs,
 // which stands for much of it, the first rough steps of networks gain little.
 TEST(FitModel, LvmTakesNetworksWhereNoLawDescribesTheFriction) {

@@ -228,23 +228,6 @@ TEST(SumFit, HasAStribeckTorqueOnAShortLogByAllJointsTogether) {
   EXPECT_GE(std::ranges::count(parts, true, &friction::LvmParts::stribeck), 2);
 }
 
-// Power flow stands for gear load: what knows neither is nearer.
-TEST(SumFit, FindsASmoothWideStribeckCurveUnderGearLoad) {
-  std::vector<std::vector<double>> theta;
-  const double mu[] = {0.012, 0.015, 0.03};
-  for (int j = 0; j < 3; ++j) {
-    const double size = 1 - 0.25 * j;  // Fc, Fs, vs, Fv, v0, mu, c
-    theta.push_back({7 * size, 10.5 * size, 0.4, 2.1 * size, 0.05, mu[j], 0});
-  }
-  const std::vector<friction::LvmParts> parts =
-      parts_found({{{"stribeck", 0, {{"gear_load", 1}}}}}, theta);
-  for (const friction::LvmParts& of_joint : parts) {
-    EXPECT_EQ(of_joint.memory, friction::Memory::kNone);
-    EXPECT_TRUE(of_joint.gear_load);
-    EXPECT_FALSE(of_joint.power_flow);
-  }
-}
-
 // Until a slow wave is found nothing shows that viscous friction is under it too.
 TEST(SumFit, PutsViscousFrictionUnderASlowWave) {
   std::vector<std::vector<double>> theta;
