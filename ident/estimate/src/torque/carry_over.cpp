@@ -22,6 +22,14 @@ constexpr double kNarrower = 0.3, kWide = 0.5;  // vs over that of the other
 constexpr double kDead = 1.05, kRisen = 1.2;    // Fs over Fc
 constexpr double kSmoother = 4;                 // vs and v0 of a start over those of a first one
 
+/// A parameter of a joint's first law; nothing: it has none.
+double* of_first_law(Arm& arm, int joint, friction::Role role) {
+  const int p = friction::find_parameter(arm.friction.model, joint, role);
+  const bool is_first =
+      p >= 0 && arm.friction.model.parameters()[static_cast<std::size_t>(p)].law == 0;
+  return is_first ? &arm.friction.theta[static_cast<std::size_t>(p)] : nullptr;
+}
+
 /// Index in theta of the growth of the memory's friction with load, whatever the load is; -1: there
 /// is none.
 int load_growth(const friction::RobotFriction& model, int j) {
@@ -133,14 +141,8 @@ std::optional<Arm> with_springs_in_place(Arm arm) {
   using enum friction::Role;
   bool any = false;
   for (int j = 0; j < arm.robot.n(); ++j) {
-    const auto of_bristle = [&](friction::Role role) {
-      const int p = find_parameter(arm.friction.model, j, role);
-      const bool is_first =
-          p >= 0 && arm.friction.model.parameters()[static_cast<std::size_t>(p)].law == 0;
-      return is_first ? &arm.friction.theta[static_cast<std::size_t>(p)] : nullptr;
-    };
-    double *const Fc = of_bristle(kCoulomb), *const Fs = of_bristle(kStatic),
-                  *const sigma0 = of_bristle(kStiffness);
+    double *const Fc = of_first_law(arm, j, kCoulomb), *const Fs = of_first_law(arm, j, kStatic),
+                  *const sigma0 = of_first_law(arm, j, kStiffness);
     const std::optional<SpringIndices> spring = single_spring(arm.friction.model, j);
     if (!spring || !Fc || !sigma0) continue;
     double &K = arm.friction.theta[spring->K], &W = arm.friction.theta[spring->W];
@@ -242,27 +244,18 @@ Arm with_viscous_friction(const Arm& from, Arm to) {
   return to;
 }
 
-std::optional<Arm> with_rising_curves(Arm arm, const Arm& unfitted) {
+std::optional<Arm> with_rising_curves(Arm arm, Arm unfitted) {
   using enum friction::Role;
   bool any = false;
   for (int j = 0; j < arm.robot.n(); ++j) {
-    const auto at = [&](friction::Role role) {
-      const int p = find_parameter(arm.friction.model, j, role);
-      const bool is_first =
-          p >= 0 && arm.friction.model.parameters()[static_cast<std::size_t>(p)].law == 0;
-      return is_first ? p : -1;
-    };
-    const int Fc = at(kCoulomb), Fs = at(kStatic), vs = at(kStribeckVelocity),
-              v0 = at(kSmoothingSpeed);
-    if (Fc < 0 || Fs < 0 || vs < 0 || v0 < 0) continue;
-    const auto value = [&](int p) -> double& {
-      return arm.friction.theta[static_cast<std::size_t>(p)];
-    };
-    if (value(Fs) >= value(Fc)) continue;
+    double *const Fc = of_first_law(arm, j, kCoulomb), *const Fs = of_first_law(arm, j, kStatic),
+                  *const vs = of_first_law(arm, j, kStribeckVelocity),
+                  *const v0 = of_first_law(arm, j, kSmoothingSpeed);
+    if (!Fc || !Fs || !vs || !v0 || *Fs >= *Fc) continue;
+    *Fs = kRisen * *Fc;
+    *vs = kSmoother * *of_first_law(unfitted, j, kStribeckVelocity);
+    *v0 *= kSmoother;
     any = true;
-    value(Fs) = kRisen * value(Fc);
-    value(vs) = kSmoother * unfitted.friction.theta[static_cast<std::size_t>(vs)];
-    value(v0) *= kSmoother;
   }
   return any ? std::optional<Arm>(std::move(arm)) : std::nullopt;
 }

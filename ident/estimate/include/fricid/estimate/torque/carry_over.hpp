@@ -38,7 +38,7 @@ Arm with_curves_without_memory(const Arm& from, Arm to);
 /// Stribeck curves of first laws without memory that fall towards rest begin anew: they stand for a
 /// smoothing speed that is too small. They begin wider than those of `unfitted`. Nothing where
 /// there are none.
-std::optional<Arm> with_rising_curves(Arm arm, const Arm& unfitted);
+std::optional<Arm> with_rising_curves(Arm arm, Arm unfitted);
 
 /// Joints with a Stribeck torque beside their memory have that of the memory there, and none in it.
 Arm with_stribeck_beside(Arm arm);
