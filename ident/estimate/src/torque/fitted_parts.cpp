@@ -63,14 +63,15 @@ FittedParts::Parts FittedParts::switched(SumPart part) const {
   return out;
 }
 
-Arm FittedParts::better_of_each_joint(const Arm& first, const Arm& second) const {
+Arm FittedParts::better_of_each_joint(const Arm& first, const Arm& second,
+                                      double smallest_gain) const {
   std::vector<const Arm*> of_joint(static_cast<std::size_t>(fits_->n()), &first);
   for (int j = 0; j < fits_->n(); ++j)
     if (fits_->compare(second, first, j, SumPart::kStribeck).on)
       of_joint[static_cast<std::size_t>(j)] = &second;
   return std::ranges::count(of_joint, &first) == std::ssize(of_joint)
              ? first
-             : fit(joined(of_joint, first));
+             : fit(joined(of_joint, first), WaveSearch::kNone, smallest_gain);
 }
 
 bool FittedParts::take(SumPart part, const Arm& with,
@@ -116,9 +117,8 @@ void FittedParts::leave_out(SumPart part, const std::function<bool(const PartEvi
   Parts rest = parts_;
   for (friction::LvmParts& of_joint : rest) set(of_joint, part, false);
   if (rest == parts_) return;
-  // of two viscous torques the other makes up for the one that goes, slowly; so do springs
-  const bool is_slow = part == SumPart::kViscous || part == SumPart::kEightSprings ||
-                       part == SumPart::kFourSprings || part == SumPart::kTwoSprings;
+  // of two viscous torques the other makes up for the one that goes, slowly; so do many springs
+  const bool is_slow = part == SumPart::kViscous || part == SumPart::kEightSprings;
   const double gain = is_slow ? kPartsGain : kRoughGain;
   const Arm without =
       fit(with_parts_handed_over(fitted_, from_fitted(rest)), WaveSearch::kNone, gain);

@@ -44,7 +44,8 @@ class FittedParts {
   Parts switched(friction::SumPart part) const;
   /// Of two fits with the same parts: `first`, with the friction of `second` in the joints where
   /// that explains more.
-  Arm better_of_each_joint(const Arm& first, const Arm& second) const;
+  Arm better_of_each_joint(const Arm& first, const Arm& second,
+                           double smallest_gain = kPartsGain) const;
   /// Joints without the part keep what `with` has of it where it earns its place.
   /// @return whether any does
   bool take(friction::SumPart part, const Arm& with,

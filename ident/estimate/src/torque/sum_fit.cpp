@@ -247,8 +247,8 @@ class SumChoice : public FittedParts {
     const Arm start = with_stribeck_curves(fitted_, from_fitted(with));
     Arm both = fit(start, WaveSearch::kNone, kRoughGain);
     for (const double half : kOpenGaps)
-      both = better_of_each_joint(both,
-                                  fit(with_open_gaps(start, half), WaveSearch::kNone, kRoughGain));
+      both = better_of_each_joint(
+          both, fit(with_open_gaps(start, half), WaveSearch::kNone, kRoughGain), kRoughGain);
     bool shows = false;
     for (int j = 0; j < fits_->n() && !shows; ++j)
       shows = fits_->compare(both, fitted_, j, SumPart::kBacklash).gain > kNearGap;
