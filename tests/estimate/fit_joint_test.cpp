@@ -368,7 +368,7 @@ TEST(FitModel, LvmFindsASmoothWideStribeckCurveUnderGearLoad) {
     theta.push_back({7 * size, 10.5 * size, 0.4, 2.1 * size, 0.05, mu[j], 0});
   }
   const Prepared prepared =
-      noisy_logs(arm_with({{{"stribeck", 0, {{"gear_load", 1}}}}}, theta), 60);
+      noisy_logs(arm_with({{{"stribeck", 0, {{"gear_load", 1}}}}}, theta), 40);
   const Arm arm = fitted_arm(prepared, the_lvm());
   for (int j = 0; j < 3; ++j) {
     const friction::LvmParts parts = friction::parts_of(arm.friction, j);
