@@ -77,6 +77,19 @@ TEST(SumFit, TakesTheLawsOfAPriorOnAShortLog) {
   EXPECT_TRUE(parts.empty());
 }
 
+/// The sum fitted to logs, and its parts.
+struct FittedSum {
+  Arm arm;
+  std::vector<friction::LvmParts> parts;
+};
+FittedSum sum_of(const Prepared& prepared) {
+  JointFits fits(prepared, logs().windows, 2);
+  FittedSum sum;
+  std::vector<PartEvidence> evidence;
+  sum.arm = fit_sum(fits, fits.start(fits.all_parts()), sum.parts, evidence).arm;
+  return sum;
+}
+
 /// What the sum of a truth of three joints has.
 std::vector<friction::LvmParts> parts_found(const friction::JointSpec& joint,
                                             const std::vector<std::vector<double>>& theta) {
@@ -200,10 +213,7 @@ TEST(SumFit, HasNoMemoryWhereTheTruthHasNone) {
   for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, Fv, v0, mu
     theta.push_back({6 * size, 7 * size, 0.1, 2 * size, 0.03, 0.02});
   const Prepared prepared = noisy_logs(arm_with({{{"stribeck", 0, {{"load", 1}}}}}, theta), 36);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  const auto [sum, parts] = sum_of(prepared);
   for (int j = 0; j < 3; ++j) {
     const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
     ASSERT_TRUE(of_joint.memory == friction::Memory::kNone && !of_joint.stribeck) << j;
@@ -235,10 +245,7 @@ TEST(SumFit, PutsViscousFrictionUnderASlowWave) {
     theta.push_back({6 * size, 3 * size, 0.01, 3, 0.1, 0.3, 0.15});
   const Prepared prepared = noisy_logs(
       arm_with({{{"coulomb_viscous", 0, {{"ripple", 1}, {"asymmetry", 1}}}}}, theta), 50);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  const auto [sum, parts] = sum_of(prepared);
   for (int j = 0; j < 3; ++j) {
     EXPECT_TRUE(parts[static_cast<std::size_t>(j)].inner_viscous) << j;
     EXPECT_EQ(parts[static_cast<std::size_t>(j)].ripples, 1) << j;  // none of a gear's teeth
@@ -257,10 +264,7 @@ TEST(SumFit, FindsBothOfTwoStribeckCurves) {
     theta.push_back({10 * size, 13 * size, 0.02, 6000 * size, 30 * size, 10 * size,  //
                      3 * size, 0.6, 0.01});
   const Prepared prepared = noisy_logs(arm_with(joint, theta), 36);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  const auto [sum, parts] = sum_of(prepared);
   for (int j = 0; j < 3; ++j) {
     const auto at = static_cast<std::size_t>(j);
     ASSERT_TRUE(parts[at].stribeck && parts[at].memory == friction::Memory::kBristle) << j;
@@ -325,10 +329,7 @@ TEST(SumFit, LacksPartsWithoutEffect) {
   for (const double size : {1.0, 0.8, 0.5})  // Fc, Fs, vs, sigma0, sigma1, sigma2
     theta.push_back({6 * size, 7 * size, 0.05, 3000 * size, 5 * size, 2 * size});
   const Prepared prepared = noisy_logs(arm_with({{{"lugre", 0, {}}}}, theta), 60);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Arm sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence).arm;
+  const auto [sum, parts] = sum_of(prepared);
   const friction::Friction& friction = sum.friction;
   for (int j = 0; j < 3; ++j) {
     const auto size_of = [&](std::string_view owner, std::initializer_list<friction::Role> of) {
@@ -403,21 +404,18 @@ TEST(SumFit, FindsGapsAndFurtherRipples) {
                           5, 2400, 1.6, 100,  0.04, 0.7, 262, 0.03, -1.2,  // n, A, phi twice
                           3, 1500, 1};
   const Prepared prepared = prepared_of(truth, logs().prepared.options);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
+  const auto [sum, parts] = sum_of(prepared);
   EXPECT_TRUE(parts[0].backlash);
-  EXPECT_NEAR(parameter(sum.arm, 0, "backlash", "b"), 3e-4, 3e-5);
+  EXPECT_NEAR(parameter(sum, 0, "backlash", "b"), 3e-4, 3e-5);
   EXPECT_FALSE(parts[1].backlash);
   EXPECT_FALSE(parts[2].backlash);
   EXPECT_EQ(parts[1].ripples, 2);
-  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "n1"), 100, 0.5);
-  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "n2"), 262, 0.5);
-  EXPECT_NEAR(parameter(sum.arm, 1, "ripple", "A2"), 0.03, 4e-3);
-  for (const auto& p : sum.arm.friction.model.parameters()) {
+  EXPECT_NEAR(parameter(sum, 1, "ripple", "n1"), 100, 0.5);
+  EXPECT_NEAR(parameter(sum, 1, "ripple", "n2"), 262, 0.5);
+  EXPECT_NEAR(parameter(sum, 1, "ripple", "A2"), 0.03, 4e-3);
+  for (const auto& p : sum.friction.model.parameters()) {
     if (p.joint != 2 || p.info.role != friction::Role::kAmplitude) continue;
-    EXPECT_LT(parameter(sum.arm, 2, "ripple", p.symbol), 3e-3);  // logs without noise show all
+    EXPECT_LT(parameter(sum, 2, "ripple", p.symbol), 3e-3);  // logs without noise show all
   }
 }
 
@@ -427,14 +425,11 @@ TEST(SumFit, FindsLuGreBehindGaps) {
   for (const double Fc : {7.0, 5.0, 3.0})  // Fc, Fs, vs, sigma0, sigma1, sigma2, b
     theta.push_back({Fc, 1.2 * Fc, 0.04, 900 * Fc, 2 * Fc, 0.4 * Fc, 5e-4});
   const Prepared prepared = noisy_logs(arm_with({{{"lugre", 0, {{"backlash", 1}}}}}, theta), 60);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
+  const auto [sum, parts] = sum_of(prepared);
   for (int j = 0; j < 3; ++j) {
     const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
     ASSERT_TRUE(of_joint.backlash && of_joint.memory == friction::Memory::kBristle) << j;
-    EXPECT_NEAR(parameter(sum.arm, j, "backlash", "b"), 5e-4, 5e-5) << j;
+    EXPECT_NEAR(parameter(sum, j, "backlash", "b"), 5e-4, 5e-5) << j;
   }
 }
 
@@ -445,15 +440,12 @@ TEST(SumFit, FindsBristlesBehindGaps) {
     theta.push_back({Fc, 2000 * Fc, Fc / 3, 0.01, 2e-4});
   const Prepared prepared = prepared_of(
       arm_with({{{"dahl", 0, {{"load", 1}, {"backlash", 1}}}}}, theta), logs().prepared.options);
-  JointFits fits(prepared, logs().windows, 2);
-  std::vector<friction::LvmParts> parts;
-  std::vector<PartEvidence> evidence;
-  const Candidate sum = fit_sum(fits, fits.start(fits.all_parts()), parts, evidence);
+  const auto [sum, parts] = sum_of(prepared);
   for (int j = 0; j < 3; ++j) {
     const friction::LvmParts& of_joint = parts[static_cast<std::size_t>(j)];
     EXPECT_EQ(of_joint.memory, friction::Memory::kBristle) << j;
     ASSERT_TRUE(of_joint.backlash) << j;
-    EXPECT_NEAR(parameter(sum.arm, j, "backlash", "b"), 2e-4, 2e-5) << j;
+    EXPECT_NEAR(parameter(sum, j, "backlash", "b"), 2e-4, 2e-5) << j;
   }
 }
 

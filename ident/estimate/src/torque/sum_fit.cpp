@@ -211,6 +211,7 @@ class SumChoice : public FittedParts {
         with_rising_curves(fitted, fits_->start(fitted.friction.model.joints()));
     return rising ? better_of_each_joint(fitted, fit(*rising)) : fitted;
   }
+
   void try_memoryless_under_gear_load() {
     Parts with = parts_;
     for (int j = 0; j < fits_->n(); ++j) {
