@@ -174,6 +174,12 @@ void FittedParts::leave_out_idle() {
   }
 }
 
+bool FittedParts::shows(const Arm& with, SumPart part,
+                        const std::function<bool(const PartEvidence&)>& earns) const {
+  return std::ranges::any_of(std::views::iota(0, fits_->n()),
+                             [&](int j) { return earns(fits_->compare(with, fitted_, j, part)); });
+}
+
 bool FittedParts::is_clear(const Arm& with, SumPart part) const {
   double gain = 0, variance = 0;
   for (int j = 0; j < fits_->n(); ++j) {

@@ -61,6 +61,9 @@ class FittedParts {
   /// Parts go without which the torque is what it is, a wave without amplitude or a load without
   /// growth: what they gained was of another fit. None on short logs.
   void leave_out_idle();
+  /// Whether any joint shows `part` of `with`.
+  bool shows(const Arm& with, friction::SumPart part,
+             const std::function<bool(const PartEvidence&)>& earns = explains) const;
   /// Whether all joints together show what `with` has, clearly.
   bool is_clear(const Arm& with, friction::SumPart part) const;
   /// What a part of `with` has to gain in a joint. A few seconds of one joint are no proof, those

@@ -172,10 +172,7 @@ class SumChoice : public FittedParts {
              explains_enough(part);
     };
     Arm modified = fit(from_fitted(with));
-    bool shows = false;
-    for (int j = 0; j < fits_->n() && !shows; ++j)
-      shows = earns(fits_->compare(modified, fitted_, j, SumPart::kFurtherModifiers));
-    if (shows)
+    if (shows(modified, SumPart::kFurtherModifiers, earns))
       modified = better_of_each_joint(modified, fit(fits_->start(with), WaveSearch::kGears));
     take(SumPart::kFurtherModifiers, modified, earns);
   }
@@ -250,10 +247,9 @@ class SumChoice : public FittedParts {
     for (const double half : kOpenGaps)
       both = better_of_each_joint(
           both, fit(with_open_gaps(start, half), WaveSearch::kNone, kRoughGain), kRoughGain);
-    bool shows = false;
-    for (int j = 0; j < fits_->n() && !shows; ++j)
-      shows = fits_->compare(both, fitted_, j, SumPart::kBacklash).gain > kNearGap;
-    if (!shows) return;
+    if (!shows(both, SumPart::kBacklash,
+               [](const PartEvidence& part) { return part.gain > kNearGap; }))
+      return;
     both = fit(both);
     take_together({SumPart::kBristle, SumPart::kBacklash}, with, both,
                   [&](const PartEvidence& part) {
@@ -288,10 +284,9 @@ class SumChoice : public FittedParts {
       if (with == parts_) break;
       Arm both = fit(with_stribeck_beside(carried_over(bristles_, from_fitted(with))));
       // a curve that stood for two lies far from both: a start that knows nothing may be nearer
-      bool shows = std::ranges::any_of(parts_, &friction::LvmParts::stribeck);
-      for (int j = 0; j < fits_->n() && !shows; ++j)
-        shows = fits_->compare(both, fitted_, j, SumPart::kStribeck).on;
-      if (shows) both = better_of_each_joint(both, fit(fits_->start(with)));
+      if (std::ranges::any_of(parts_, &friction::LvmParts::stribeck) ||
+          shows(both, SumPart::kStribeck))
+        both = better_of_each_joint(both, fit(fits_->start(with)));
       take_together({SumPart::kBristle, SumPart::kStribeck}, with, both,
                     earning(both, SumPart::kStribeck));
       if (parts_ == before) break;
